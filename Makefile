@@ -1,0 +1,28 @@
+# make demo    a whole calibration on an embedded default, with its report
+# make test    the test suite
+# Both create the virtual environment .venv and build what they need first.
+PYTHON ?= python3
+VENV := .venv
+INSTALLED := $(VENV)/.installed
+TEST_INSTALLED := $(VENV)/.installed-test
+SOURCES := pyproject.toml CMakeLists.txt $(shell find native -type f)
+
+.PHONY: demo test clean
+demo: $(INSTALLED)
+	$(VENV)/bin/graincal demo
+
+test: $(TEST_INSTALLED)
+	$(VENV)/bin/python -m pytest $(PYTEST_ARGS)
+
+$(INSTALLED): $(SOURCES)
+	@sh tools/check-machine.sh $(PYTHON)
+	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable .
+	touch $@
+
+$(TEST_INSTALLED): $(INSTALLED)
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[test]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) build

@@ -1,0 +1,197 @@
+"""The plain records that pass between layers: parameters, samples, references, responses. Arrays are float64 and read-only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+class InputError(ValueError):
+    """What a user gave cannot be used. The message is one sentence that names the place and what was expected."""
+
+
+def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != ndim:
+        raise InputError(f"{what} must have {ndim} dimension{'s' if ndim > 1 else ''}, not {array.ndim}.")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class ParameterSpace:
+    """The unknown parameters and the box of their ranges.
+
+    `ranges` maps each name to (low, high), in the order of theta's columns; `units` maps names to units, for axes and tables.
+
+    >>> ParameterSpace({"log_E": (7, 11), "phi": (0, 60)}, units={"log_E": "log10 Pa", "phi": "deg"}).names
+    ('log_E', 'phi')
+    """
+
+    names: tuple[str, ...]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    units: tuple[str, ...]
+
+    def __init__(self, ranges: Mapping[str, tuple[float, float]], units: Mapping[str, str] | None = None) -> None:
+        units = dict(units or {})
+        if not ranges:
+            raise InputError("parameters: at least one parameter with its range is needed.")
+        for name, limits in ranges.items():
+            if len(limits) != 2 or not np.all(np.isfinite(limits)) or not limits[0] < limits[1]:
+                raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {list(limits)}.")
+        if unknown := set(units) - set(ranges):
+            raise InputError(f"units: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
+        object.__setattr__(self, "names", tuple(ranges))
+        object.__setattr__(self, "low", _read_only([limits[0] for limits in ranges.values()], ndim=1, what="low"))
+        object.__setattr__(self, "high", _read_only([limits[1] for limits in ranges.values()], ndim=1, what="high"))
+        object.__setattr__(self, "units", tuple(units.get(name, "") for name in ranges))
+
+    @classmethod
+    def paper(cls) -> ParameterSpace:
+        """The ranges of Hartmann, Cheng, Thornton (2022), Table 2."""
+        return cls(
+            {"log_E": (7, 11), "nu": (0, 0.5), "phi": (0, 60), "beta_m": (0, 1), "eta_m": (0, 1)},
+            units={"log_E": "log10 Pa", "phi": "deg"},
+        )
+
+    @property
+    def size(self) -> int:
+        """The number of parameters n."""
+        return len(self.names)
+
+    def contains(self, theta: ArrayLike) -> NDArray[np.bool_]:
+        """Which rows of theta (N, n) lie in the box: (N,)."""
+        theta = np.atleast_2d(theta)
+        return np.all((theta >= self.low) & (theta <= self.high), axis=1)
+
+    def from_unit(self, unit: ArrayLike) -> NDArray[np.float64]:
+        """Map the unit cube (N, n) onto the box."""
+        return self.low + np.asarray(unit, dtype=np.float64) * (self.high - self.low)
+
+    def to_unit(self, theta: ArrayLike) -> NDArray[np.float64]:
+        """Map the box (N, n) onto the unit cube."""
+        return (np.asarray(theta, dtype=np.float64) - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points of the parameter space to be evaluated: `ids` (N,) integers, `theta` (N, n) in the order of `names`."""
+
+    ids: NDArray[np.int64]
+    theta: NDArray[np.float64]
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def take(self, rows: ArrayLike) -> Samples:
+        """The given rows (indices or mask), in that order."""
+        return Samples(self.ids[rows], self.theta[rows], self.names)
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Reference:
+    """What a test measured: observables on a control variable, plain SI units and fractions, compression positive, logarithmic strain.
+
+    `control` (T,) is strictly increasing; `observables` maps names to (T,); `variance_shares` maps the same names to the relative variance w~
+    (equal by default; the smaller, the more trusted); `measurement_errors` maps names to absolute standard deviations.
+    Raises InputError for lengths that differ, values that are not finite, or a control that does not increase.
+    """
+
+    control: NDArray[np.float64]
+    observables: Mapping[str, NDArray[np.float64]]
+    variance_shares: Mapping[str, float]
+    measurement_errors: Mapping[str, float]
+    control_name: str
+    notes: tuple[str, ...] = field(default=())
+
+    def __init__(
+        self,
+        control: ArrayLike,
+        observables: Mapping[str, ArrayLike],
+        variance_shares: Mapping[str, float] | None = None,
+        measurement_errors: Mapping[str, float] | None = None,
+        *,
+        control_name: str = "axial_strain",
+        notes: tuple[str, ...] = (),
+    ) -> None:
+        control = _read_only(control, ndim=1, what=f"reference: {control_name}")
+        columns = {name: _read_only(values, ndim=1, what=f"reference: {name}") for name, values in observables.items()}
+        if not columns:
+            raise InputError("reference: at least one observable is needed.")
+        if control.size == 0:
+            raise InputError(f"reference: {control_name} has no values.")
+        for name, values in {control_name: control, **columns}.items():
+            if values.size != control.size:
+                raise InputError(f"reference: {name} has {values.size} values and {control_name} {control.size}.")
+            if not np.all(np.isfinite(values)):
+                raise InputError(f"reference: {name} is not a finite number in row {1 + int(np.argmin(np.isfinite(values)))}.")
+        if not np.all(np.diff(control) > 0):
+            row = 2 + int(np.argmin(np.diff(control) > 0))
+            raise InputError(f"reference: {control_name} must increase from row to row, and does not at row {row}.")
+        shares = {name: 1.0 / len(columns) for name in columns} if variance_shares is None else dict(variance_shares)
+        if set(shares) != set(columns):
+            raise InputError(f"reference: variance shares are given for {', '.join(shares)}, the observables are {', '.join(columns)}.")
+        for name, share in shares.items():
+            if not (np.isfinite(share) and share > 0):
+                raise InputError(f"reference: the variance share of {name} must be a positive number, not {share}.")
+        errors = dict(measurement_errors or {})
+        if unknown := set(errors) - set(columns):
+            raise InputError(f"reference: measurement errors are given for {', '.join(sorted(unknown))}, the observables are {', '.join(columns)}.")
+        object.__setattr__(self, "control", control)
+        object.__setattr__(self, "observables", MappingProxyType(columns))
+        object.__setattr__(self, "variance_shares", MappingProxyType({name: float(shares[name]) for name in columns}))
+        object.__setattr__(self, "measurement_errors", MappingProxyType(errors))
+        object.__setattr__(self, "control_name", control_name)
+        object.__setattr__(self, "notes", tuple(notes))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The observables' names, in the order of the columns of `values`."""
+        return tuple(self.observables)
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The observables y, (T, J)."""
+        return np.stack(list(self.observables.values()), axis=1)
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """The variance shares w~, (J,)."""
+        return np.array([self.variance_shares[name] for name in self.names])
+
+    @classmethod
+    def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
+        """Read a laboratory file; the options are those of `graincal.laboratory.read_reference`."""
+        from graincal.laboratory import read_reference
+
+        return read_reference(path, control=control, observables=observables, **options)
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What a model returned for one sample: `values` maps names of observables and quantities of interest to (T,), on `control` (T,).
+
+    `details` holds scalars about the evaluation (steps, flagged states, seconds of wall time)."""
+
+    control: NDArray[np.float64]
+    values: Mapping[str, NDArray[np.float64]]
+    details: Mapping[str, float] = field(default_factory=dict)
+
+    def observables(self, names: tuple[str, ...]) -> NDArray[np.float64]:
+        """The named values as columns, (T, J)."""
+        return np.stack([self.values[name] for name in names], axis=1)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """An evaluation that gave no usable response: `kind` is a word ("diverged", "flagged", "error", "timeout"), `reason` a sentence."""
+
+    kind: str
+    reason: str
+    details: Mapping[str, float] = field(default_factory=dict)
