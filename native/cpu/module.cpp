@@ -1,11 +1,326 @@
-// The Python face of the native engine.
+// The Python face of the native engine. Input has been checked before it comes here (src/graincal/dem).
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include "batch.hpp"
+#include "yade_comparison.hpp"
 
 namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace graincal {
+namespace {
+
+using Law = LinearLaw<double>;
+using Owned = OwnedSimulation<double, Law>;
+using Array1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Array2 = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Matrix = nb::ndarray<const double, nb::shape<3, 3>, nb::c_contig, nb::device::cpu>;
+
+template <class T> nb::object as_numpy(std::vector<T> values, std::initializer_list<std::size_t> shape) {
+    auto* held = new std::vector<T>(std::move(values));
+    nb::capsule owner(held, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, T>(held->data(), shape, owner), nb::rv_policy::move);
+}
+Mat3<double> as_matrix(const Matrix& m) {
+    Mat3<double> result;
+    for (Index i = 0; i < 3; ++i)
+        for (Index j = 0; j < 3; ++j) result(i, j) = m(i, j);
+    return result;
+}
+nb::object as_numpy(const Mat3<double>& m) {
+    std::vector<double> values;
+    for (Index i = 0; i < 3; ++i)
+        for (Index j = 0; j < 3; ++j) values.push_back(m(i, j));
+    return as_numpy(std::move(values), {3, 3});
+}
+template <class F> nb::object vectors_as_numpy(Index count, F vector) {
+    std::vector<double> values(3 * static_cast<std::size_t>(count));
+    for (Index i = 0; i < count; ++i) {
+        const Vec3<double> v = vector(i);
+        values[3 * i] = v.x, values[3 * i + 1] = v.y, values[3 * i + 2] = v.z;
+    }
+    return as_numpy(std::move(values), {static_cast<std::size_t>(count), 3});
+}
+
+// A packing held for as long as simulations are made from it.
+struct HeldPacking {
+    std::vector<double> positions, radii;
+    Mat3<double> edges;
+
+    HeldPacking(const Array2& x, const Array1& r, const Matrix& h)
+        : positions(x.data(), x.data() + x.size()), radii(r.data(), r.data() + r.size()), edges(as_matrix(h)) {}
+    operator PackingView() const { return {positions, radii, edges}; }
+};
+
+// A single simulation in hand: what tests and the preparation of packings work with.
+class InteractiveSimulation {
+  public:
+    InteractiveSimulation(const Array2& x, const Array1& r, const Matrix& h, const Law& law, double density)
+        : owned_(HeldPacking(x, r, h), law, density) {}
+
+    Owned owned_;
+    Progress<double> progress_;
+    std::vector<Record<double>> records_;
+
+    auto& state() { return owned_.state; }
+
+    // Steps with a velocity gradient and a time step that are given: no servo, no stepper.
+    void run_prescribed(long long steps, const Matrix& velocity_gradient, double time_step, double damping) {
+        const Mat3<double> gradient = as_matrix(velocity_gradient);
+        nb::gil_scoped_release release;
+        state().time_step = time_step;
+        state().damping = damping;
+        for (long long step = 0; step < steps; ++step) {
+            expect_running(owned_.advance([&] { return find_forces(SerialTeam{}, state()); }));
+            yade_motion_.remember(state());
+            state().cell.velocity_gradient = gradient;
+            expect_running(move_on());
+        }
+    }
+
+    // Steps with the time stepper, the servo driving to the goals set.
+    void run(long long steps, double damping) {
+        nb::gil_scoped_release release;
+        state().damping = damping;
+        for (long long step = 0; step < steps; ++step) {
+            expect_running(owned_.advance([&] { return find_forces(SerialTeam{}, state()); }));
+            yade_motion_.remember(state());
+            choose_time_step(SerialTeam{}, state());
+            drive_cell(state());
+            expect_running(move_on());
+        }
+    }
+
+    void set_edges(const Matrix& edges) {
+        auto& s = state();
+        const Mat3<double> convert = inverse(as_matrix(edges)) * s.cell.edges;
+        for (Index i = 0; i < s.particles.count; ++i) s.particles.fractional.set(i, convert * s.particles.fractional[i]);
+        s.cell.edges = as_matrix(edges);
+        s.neighbours.outer_valid = s.neighbours.near_valid = false;
+    }
+
+    bool as_yade = false;
+
+  private:
+    YadeMotion yade_motion_;
+
+    Status move_on() { return as_yade ? yade_motion_.move(SerialTeam{}, state()) : move(SerialTeam{}, state()); }
+
+    static void expect_running(Status status) {
+        if (status == Status::diverged) throw std::runtime_error("the simulation diverged: a particle's motion ran away");
+        if (status == Status::cell_too_small) throw std::runtime_error("the periodic cell has become too small for its largest particles");
+    }
+};
+
+nb::dict contacts_of(InteractiveSimulation& simulation) {
+    auto& s = simulation.state();
+    const auto& slots = s.neighbours.slots;
+    std::vector<Index> touching;
+    for (Index slot = 0; slot < slots.row[s.particles.count]; ++slot)
+        if (slots.touching(slot)) touching.push_back(slot);
+    const auto count = static_cast<Index>(touching.size());
+    std::vector<Index> first, second;
+    std::vector<double> overlap;
+    for (Index slot : touching) first.push_back(slots.first[slot]), second.push_back(slots.second[slot]), overlap.push_back(slots.overlap[slot]);
+    const auto vectors = [&](const Vec3Array<double>& a) { return vectors_as_numpy(count, [&](Index k) { return a[touching[k]]; }); };
+    nb::dict result;
+    result["first"] = as_numpy(std::move(first), {touching.size()});
+    result["second"] = as_numpy(std::move(second), {touching.size()});
+    result["overlap"] = as_numpy(std::move(overlap), {touching.size()});
+    result["normal"] = vectors(slots.normal);
+    result["shear"] = vectors(slots.shear);
+    result["bending"] = vectors(slots.bending);
+    result["twisting"] = vectors(slots.twisting);
+    result["force"] = vectors(s.pair_forces.force);
+    return result;
+}
+
+nb::dict fabric_of(InteractiveSimulation& simulation) {
+    auto& s = simulation.state();
+    const auto stress = stress_tensor(SerialTeam{}, s.cell, s.particles, s.neighbours.slots, s.pair_forces);
+    const auto f = fabric(SerialTeam{}, s.particles, s.neighbours, stress, s.pair_forces);
+    nb::dict result;
+    result["coordination_number"] = f.coordination_number;
+    result["a_c"] = f.a_c;
+    result["a_n"] = f.a_n;
+    result["a_t"] = f.a_t;
+    result["contacts"] = f.contacts;
+    return result;
+}
+
+const char* name_of(Status status) {
+    switch (status) {
+        case Status::running: return "running";
+        case Status::finished: return "finished";
+        case Status::cell_too_small: return "cell_too_small";
+        case Status::diverged: return "diverged";
+        case Status::out_of_steps: return "out_of_steps";
+        case Status::cancelled: return "cancelled";
+        default: return "out_of_memory";
+    }
+}
+
+// The recorded states as columns: name -> (T,).
+nb::dict columns_of(const std::vector<Record<double>>& records) {
+    nb::dict result;
+    const auto column = [&](const char* name, auto value) {
+        std::vector<double> values;
+        for (const auto& record : records) values.push_back(static_cast<double>(value(record)));
+        result[name] = as_numpy(std::move(values), {records.size()});
+    };
+    column("volume", [](const auto& r) { return determinant(r.edges); });
+    column("strain_x", [](const auto& r) { return r.strain.x; });
+    column("strain_y", [](const auto& r) { return r.strain.y; });
+    column("strain_z", [](const auto& r) { return r.strain.z; });
+    column("stress_xx", [](const auto& r) { return r.stress(0, 0); });
+    column("stress_yy", [](const auto& r) { return r.stress(1, 1); });
+    column("stress_zz", [](const auto& r) { return r.stress(2, 2); });
+    column("coordination_number", [](const auto& r) { return r.fabric.coordination_number; });
+    column("a_c", [](const auto& r) { return r.fabric.a_c; });
+    column("a_n", [](const auto& r) { return r.fabric.a_n; });
+    column("a_t", [](const auto& r) { return r.fabric.a_t; });
+    column("contacts", [](const auto& r) { return r.fabric.contacts; });
+    column("unbalanced_force", [](const auto& r) { return r.unbalanced_force; });
+    column("steps", [](const auto& r) { return r.steps; });
+    column("flagged", [](const auto& r) { return r.flagged; });
+    return result;
+}
+
+nb::object next_outcome(Batch& batch, double patience) {
+    std::optional<Outcome> outcome;
+    {
+        nb::gil_scoped_release release;
+        outcome = batch.next(std::chrono::duration<double>(patience));
+    }
+    if (!outcome) return nb::none();
+    nb::dict result;
+    result["task"] = outcome->task;
+    result["status"] = name_of(outcome->status);
+    result["columns"] = columns_of(outcome->records);
+    result["flagged"] = outcome->progress.flagged;
+    result["steps"] = outcome->steps;
+    result["seconds"] = outcome->seconds;
+    return result;
+}
+
+}  // namespace
+}  // namespace graincal
 
 NB_MODULE(_native, module) {
+    using namespace graincal;
     module.doc() = "graincal's native Discrete Element Method engine";
     module.attr("commit") = GRAINCAL_COMMIT;
     module.attr("compiler") = GRAINCAL_COMPILER;
     module.attr("instruction_set") = GRAINCAL_INSTRUCTION_SET;
+
+    nb::class_<Law>(module, "LinearLaw", "Linear springs with sliding, rolling and twisting resistance.")
+        .def("__init__",
+             [](Law* self, double modulus, double stiffness_ratio, double friction, double rolling_stiffness, double rolling_strength) {
+                 new (self) Law{modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength};
+             },
+             "modulus"_a, "stiffness_ratio"_a, "friction"_a, "rolling_stiffness"_a, "rolling_strength"_a,
+             "Modulus E in Pa, stiffness ratio nu, friction coefficient tan(phi), rolling stiffness beta_m and strength eta_m.");
+
+    nb::class_<AxisGoal<double>>(module, "AxisGoal", "What the servo drives one axis to.")
+        .def("__init__",
+             [](AxisGoal<double>* self, bool stress, double target, double largest_rate) {
+                 new (self) AxisGoal<double>{stress ? Control::stress : Control::strain, target, largest_rate};
+             },
+             "stress"_a, "target"_a, "largest_rate"_a);
+
+    nb::class_<Stage<double>>(module, "Stage", "One stage of a stress path: goals of the three axes, held until the packing is at rest.")
+        .def("__init__",
+             [](Stage<double>* self, const std::vector<AxisGoal<double>>& goals, bool record, bool strain_origin) {
+                 new (self) Stage<double>{{goals.at(0), goals.at(1), goals.at(2)}, record, strain_origin};
+             },
+             "goals"_a, "record"_a = false, "strain_origin"_a = false);
+
+    nb::class_<HeldPacking>(module, "Packing").def(nb::init<const Array2&, const Array1&, const Matrix&>(), "positions"_a, "radii"_a, "edges"_a);
+
+    using Sim = InteractiveSimulation;
+    nb::class_<Sim>(module, "Simulation", "A single simulation, advanced by hand.")
+        .def(nb::init<const Array2&, const Array1&, const Matrix&, const Law&, double>(), "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a)
+        .def("copy", [](const Sim& s) { return Sim(s); })
+        .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)
+        .def("run", &Sim::run, "steps"_a, "damping"_a)
+        .def("set_law", [](Sim& s, const Law& law) { s.state().law = law; })
+        .def("set_goals", [](Sim& s, const std::vector<AxisGoal<double>>& goals) {
+            for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
+        })
+        .def("set_time_step_root", [](Sim& s, double root) { s.state().time_stepper.root = root; })
+        .def_rw("as_yade", &Sim::as_yade, "Move as YADE does, to the letter: for step by step comparison alone.")
+        .def("restart_strain", [](Sim& s) { s.state().cell.initial_edges = s.state().cell.edges; })
+        .def("set_edges", &Sim::set_edges, "edges"_a, "Change the cell and leave the particles where they are.")
+        .def("set_velocities", [](Sim& s, const Array2& u) {
+            for (Index i = 0; i < s.state().particles.count; ++i) s.state().particles.velocity.set(i, {u(i, 0), u(i, 1), u(i, 2)});
+        })
+        .def("set_spins", [](Sim& s, const Array2& w) {
+            for (Index i = 0; i < s.state().particles.count; ++i) s.state().particles.spin.set(i, {w(i, 0), w(i, 1), w(i, 2)});
+        })
+        .def("set_velocity_gradient", [](Sim& s, const Matrix& l) { s.state().cell.velocity_gradient = as_matrix(l); })
+        .def_prop_ro("positions", [](Sim& s) {
+            return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().cell.edges * s.state().particles.fractional[i]; });
+        })
+        .def_prop_ro("velocities", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.velocity[i]; }); },
+                     "Fluctuation velocities u = v - L x, (N, 3), m/s.")
+        .def_prop_ro("spins", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.spin[i]; }); })
+        .def_prop_ro("forces", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.force[i]; }); })
+        .def_prop_ro("torques", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.torque[i]; }); })
+        .def_prop_ro("radii", [](Sim& s) {
+            const auto& p = s.state().particles;
+            return as_numpy(std::vector<double>(p.radius, p.radius + p.count), {static_cast<std::size_t>(p.count)});
+        })
+        .def_prop_ro("edges", [](Sim& s) { return as_numpy(s.state().cell.edges); })
+        .def_prop_ro("velocity_gradient", [](Sim& s) { return as_numpy(s.state().cell.velocity_gradient); })
+        .def_prop_ro("stress_diagonal", [](Sim& s) { return vectors_as_numpy(1, [&](Index) { return s.state().stress; }); },
+                     "Stress xx, yy, zz at the latest force pass, (1, 3), Pa, compression positive.")
+        .def_prop_ro("stress", [](Sim& s) {
+            auto& t = s.state();
+            return as_numpy(stress_tensor(SerialTeam{}, t.cell, t.particles, t.neighbours.slots, t.pair_forces));
+        })
+        .def_prop_ro("unbalanced_force", [](Sim& s) {
+            auto& t = s.state();
+            return unbalanced_force(SerialTeam{}, t.particles, t.neighbours.slots, t.pair_forces);
+        })
+        .def_prop_ro("kinetic_energy", [](Sim& s) { return kinetic_energy(SerialTeam{}, s.state().particles); })
+        .def_prop_ro("elastic_energy", [](Sim& s) {
+            auto& t = s.state();
+            return elastic_energy(SerialTeam{}, t.law, t.particles, t.neighbours.slots, t.pair_forces);
+        })
+        .def_prop_ro("void_ratio", [](Sim& s) { return s.state().cell.volume() / solid_volume(SerialTeam{}, s.state().particles) - 1; })
+        .def_prop_ro("time_step", [](Sim& s) { return s.state().time_step; })
+        .def_prop_ro("time", [](Sim& s) { return s.state().time; })
+        .def_prop_ro("steps", [](Sim& s) { return s.state().steps; })
+        .def_prop_ro("rebuilds", [](Sim& s) {
+            const auto& n = s.state().neighbours;
+            return nb::make_tuple(n.outer_rebuilds, n.near_rebuilds, n.slots.row[s.state().particles.count], n.outer_row[s.state().particles.count]);
+        }, "Rebuilds of the outer and of the near list, near pairs, outer pairs.")
+        .def_prop_ro("near_pairs", [](Sim& s) {
+            const auto& slots = s.state().neighbours.slots;
+            std::vector<Index> pairs;
+            const Index count = slots.row[s.state().particles.count];
+            for (Index k = 0; k < count; ++k) pairs.push_back(slots.first[k]), pairs.push_back(slots.second[k]);
+            return as_numpy(std::move(pairs), {static_cast<std::size_t>(count), 2});
+        })
+        .def("contacts", &contacts_of)
+        .def("fabric", &fabric_of);
+
+    nb::class_<Batch>(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.")
+        .def("__init__",
+             [](Batch* self, const HeldPacking& packing, const std::vector<Law>& laws, double density, const std::vector<Stage<double>>& stages,
+                const std::vector<Index>& order, unsigned threads, long long step_limit) {
+                 auto held = std::make_shared<const HeldPacking>(packing);
+                 const auto make = [held, laws, density, stages, step_limit](Index k) {
+                     return Task{Owned(*held, laws[k], density), stages, Rest<double>{}, step_limit};
+                 };
+                 new (self) Batch(make, order, threads);
+             },
+             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a)
+        .def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
+        .def("cancel", &Batch::cancel);
 }

@@ -1,0 +1,101 @@
+// A batch of simulations on a pool of threads: each thread takes the next one when it is done with the last, longest expected first.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "owned_simulation.hpp"
+
+namespace graincal {
+
+struct Task {
+    OwnedSimulation<double, LinearLaw<double>> simulation;
+    std::vector<Stage<double>> stages;
+    Rest<double> rest;
+    long long step_limit;  // of the whole run; more ends it
+};
+
+struct Outcome {
+    Index task;
+    Status status;
+    Progress<double> progress;
+    std::vector<Record<double>> records;
+    long long steps;
+    double seconds;
+};
+
+class Batch {
+  public:
+    // `make(i)` builds the i-th task on the thread that will run it, so that only simulations under way take memory.
+    // `order` lists the tasks in the order in which they start.
+    template <class Make> Batch(Make make, std::vector<Index> order, unsigned threads) : order_(std::move(order)) {
+        for (unsigned t = 0; t < threads; ++t)
+            threads_.emplace_back([this, make] {
+                for (std::size_t k; (k = next_++) < order_.size();) deliver(run(order_[k], make(order_[k])));
+            });
+    }
+    ~Batch() {
+        cancel();
+        for (auto& thread : threads_) thread.join();
+    }
+
+    // The next outcome in order of completion; nothing if none comes within the time.
+    std::optional<Outcome> next(std::chrono::duration<double> patience) {
+        std::unique_lock lock(mutex_);
+        if (!arrived_.wait_for(lock, patience, [&] { return !done_.empty(); })) return std::nullopt;
+        Outcome outcome = std::move(done_.front());
+        done_.pop_front();
+        return outcome;
+    }
+    void cancel() { cancelled_ = true; }
+
+  private:
+    static constexpr long long steps_between_looks = 50;
+
+    Outcome run(Index index, Task task) {
+        const auto start = std::chrono::steady_clock::now();
+        auto& state = task.simulation.state;
+        Progress<double> progress;
+        std::vector<Record<double>> records(task.stages.size());
+        enter_stage(task.stages[0], state, progress, task.rest);
+        Status status = Status::running;
+        while (status == Status::running) {
+            if (cancelled_)
+                status = Status::cancelled;
+            else if (state.steps >= task.step_limit)
+                status = Status::out_of_steps;
+            else
+                status = task.simulation.advance([&] {
+                    return follow(SerialTeam{}, state, task.stages.data(), static_cast<Index>(task.stages.size()), progress, task.rest, records.data(),
+                                  steps_between_looks);
+                });
+        }
+        records.resize(progress.records);
+        const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+        return {index, status, progress, std::move(records), task.simulation.state.steps, elapsed.count()};
+    }
+
+    void deliver(Outcome outcome) {
+        {
+            std::lock_guard lock(mutex_);
+            done_.push_back(std::move(outcome));
+        }
+        arrived_.notify_one();
+    }
+
+    std::vector<Index> order_;
+    std::atomic<std::size_t> next_{0};
+    std::atomic<bool> cancelled_{false};
+    std::mutex mutex_;
+    std::condition_variable arrived_;
+    std::deque<Outcome> done_;
+    std::vector<std::thread> threads_;
+};
+
+}  // namespace graincal

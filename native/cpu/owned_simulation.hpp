@@ -1,0 +1,125 @@
+// A simulation with the memory that it lives in, on a host: built from a packing, copied whole, given more room when a list is full.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <span>
+
+#include "graincal/stress_path.hpp"
+#include "graincal/team.hpp"
+
+namespace graincal {
+
+// The particles and their cell; plain arrays in SI units, positions absolute (wrapped into the cell when loaded).
+struct PackingView {
+    std::span<const double> positions;  // (N, 3)
+    std::span<const double> radii;      // (N)
+    Mat3<double> edges;
+    std::size_t count() const { return radii.size(); }
+};
+
+template <class Real, class Law> class OwnedSimulation {
+  public:
+    using State = Simulation<Real, Law>;
+
+    OwnedSimulation(const PackingView& packing, const Law& law, double density) {
+        const Index n = static_cast<Index>(packing.count());
+        allocate(n, 16 * n + 64, 6 * n + 64);
+        state.law = law;
+        state.cell.edges = state.cell.initial_edges = packing.edges;
+        const Mat3<Real> to_fractional = inverse(packing.edges);
+        double largest = 0, smallest = packing.radii[0], sum = 0;
+        for (Index i = 0; i < n; ++i) {
+            const double r = packing.radii[i];
+            state.particles.radius[i] = r;
+            state.particles.mass[i] = density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
+            const double* x = &packing.positions[3 * i];
+            state.particles.fractional.set(i, to_fractional * Vec3<Real>{x[0], x[1], x[2]});
+            largest = std::max(largest, r);
+            smallest = std::min(smallest, r);
+            sum += r;
+        }
+        state.smallest_radius = smallest;
+        state.neighbours.largest_radius = largest;
+        state.neighbours.outer_gap = outer_gap_share * sum / n;
+        state.neighbours.near_gap = near_gap_share * sum / n;
+        state.servo.inertia = servo_inertia_factor<Real> * density * std::pow(state.cell.volume(), 2.0 / 3.0);
+    }
+    // A copy has the particles' motion and the contacts' memory; its neighbour lists and forces are found anew at its first step.
+    OwnedSimulation(const OwnedSimulation& other) : OwnedSimulation(other, other.outer_capacity(), other.near_capacity()) {}
+    OwnedSimulation(OwnedSimulation&&) = default;
+    OwnedSimulation& operator=(const OwnedSimulation&) = delete;
+    OwnedSimulation& operator=(OwnedSimulation&&) = default;
+
+    // Doubles the room of the list that was found full.
+    void make_room(Status full) {
+        *this = OwnedSimulation(*this, outer_capacity() * (full == Status::needs_more_outer_pairs ? 2 : 1),
+                                near_capacity() * (full == Status::needs_more_near_pairs ? 2 : 1));
+    }
+
+    // Follows a path, making room where a neighbour list asks for it.
+    template <class Advance> Status advance(Advance step) {
+        for (;;) {
+            const Status status = step();
+            if (status != Status::needs_more_outer_pairs && status != Status::needs_more_near_pairs) return status;
+            make_room(status);
+        }
+    }
+
+    State state;
+
+    // Gaps of the two neighbour lists as shares of the mean radius: measured to be the cheapest at the paper's test.
+    static constexpr double outer_gap_share = 0.40, near_gap_share = 0.06;
+
+  private:
+    Index outer_capacity() const { return state.neighbours.outer_capacity; }
+    Index near_capacity() const { return state.neighbours.near_capacity; }
+
+    void allocate(Index n, Index outer_pairs, Index near_pairs) {
+        Arena measure;
+        state.lay_out(measure, n, outer_pairs, near_pairs);
+        block_.reset(static_cast<char*>(::operator new(measure.used(), std::align_val_t{64})));
+        std::memset(block_.get(), 0, measure.used());
+        Arena arena(block_.get());
+        state.lay_out(arena, n, outer_pairs, near_pairs);
+    }
+
+    OwnedSimulation(const OwnedSimulation& other, Index outer_pairs, Index near_pairs) : state(other.state) {
+        const State& source = other.state;
+        const Index n = source.particles.count;
+        allocate(n, outer_pairs, near_pairs);
+        state.neighbours.outer_valid = state.neighbours.near_valid = false;
+
+        const auto copy = [](auto* to, const auto* from, Index count) { std::copy_n(from, count, to); };
+        const auto copy_vectors = [&](const Vec3Array<Real>& to, const Vec3Array<Real>& from, Index count) {
+            copy(to.x, from.x, count), copy(to.y, from.y, count), copy(to.z, from.z, count);
+        };
+        const auto &to = state.particles, &from = source.particles;
+        copy_vectors(to.fractional, from.fractional, n);
+        copy_vectors(to.velocity, from.velocity, n);
+        copy_vectors(to.spin, from.spin, n);
+        copy(to.radius, from.radius, n);
+        copy(to.mass, from.mass, n);
+
+        const auto &slots = state.neighbours.slots, &old = source.neighbours.slots;
+        const Index pairs = old.row[n];
+        copy(slots.row, old.row, n + 1);
+        copy(slots.first, old.first, pairs);
+        copy(slots.second, old.second, pairs);
+        copy(slots.overlap, old.overlap, pairs);
+        copy_vectors(slots.normal, old.normal, pairs);
+        copy_vectors(slots.shear, old.shear, pairs);
+        copy_vectors(slots.bending, old.bending, pairs);
+        copy_vectors(slots.twisting, old.twisting, pairs);
+    }
+
+    struct Release {
+        void operator()(char* block) const { ::operator delete(block, std::align_val_t{64}); }
+    };
+    std::unique_ptr<char, Release> block_;
+};
+
+}  // namespace graincal

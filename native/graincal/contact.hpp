@@ -1,0 +1,66 @@
+// What a contact is, and what every contact law here shares: sliding, rolling and twisting resistance in increments.
+// Source: Hartmann, Cheng, Thornton (2022), Table 1 and Eq. 1; order of operations as in YADE's Law2_ScGeom6D_CohFrictPhys_CohesionMoment.
+#pragma once
+
+#include "vec3.hpp"
+
+namespace graincal {
+
+// Two touching spheres at the present positions.
+template <class Real> struct TouchingPair {
+    Real radius1, radius2;
+    Real overlap;                  // r1 + r2 - d, not negative
+    Vec3<Real> normal;             // unit vector from 1 to 2
+    Vec3<Real> relative_velocity;  // of centre 2 against centre 1, through the boundary where the pair crosses it
+    Vec3<Real> spin1, spin2;
+};
+
+// What a contact remembers. A pair that does not touch has a negative overlap, and then the rest means nothing.
+template <class Real> struct ContactHistory {
+    Real overlap = Real(-1);
+    Vec3<Real> normal;
+    Vec3<Real> shear;     // tangential force on 2
+    Vec3<Real> bending;   // moment on 2 across the normal
+    Vec3<Real> twisting;  // moment on 2 along the normal
+};
+
+template <class Real> struct ContactStiffness {
+    Real normal, shear, rolling;  // N/m, N/m, N m/rad
+};
+
+template <class Real> Vec3<Real> capped(const Vec3<Real>& v, Real limit) {
+    const Real squared = dot(v, v);
+    return squared > limit * limit ? (limit / square_root(squared)) * v : v;
+}
+
+// Carries the stored shear force and moments to the new normal, adds this step's increments and caps each.
+template <class Real>
+void advance_resistances(const TouchingPair<Real>& pair, const ContactStiffness<Real>& stiffness, Real normal_force, Real friction,
+                         Real rolling_strength, Real dt, ContactHistory<Real>& history) {
+    const Vec3<Real>& n = pair.normal;
+    const bool existed = history.overlap >= Real(0);
+    const Vec3<Real> old_normal = existed ? history.normal : n;
+    const Vec3<Real> turn = cross(old_normal, n);
+    const Vec3<Real> spin_about_normal = (Real(0.5) * dt * dot(old_normal, pair.spin1 + pair.spin2)) * old_normal;
+    const auto carried = [&](Vec3<Real> v) {
+        if (!existed) return Vec3<Real>{};
+        v -= cross(v, turn);
+        v -= cross(v, spin_about_normal);
+        return v;
+    };
+
+    // The full radii as arms and the stretched translation keep a contact from ratcheting (no force gained in a closed loop).
+    const Real stretch = (pair.radius1 + pair.radius2) / (pair.radius1 + pair.radius2 - pair.overlap);
+    const Vec3<Real> slip = stretch * pair.relative_velocity - cross(pair.radius2 * pair.spin2 + pair.radius1 * pair.spin1, n);
+    const Vec3<Real> relative_spin = pair.spin2 - pair.spin1;
+    const Vec3<Real> twist = dot(relative_spin, n) * n;
+
+    const Real moment_limit = rolling_strength * normal_force * minimum(pair.radius1, pair.radius2);
+    history.shear = capped(carried(history.shear) - (stiffness.shear * dt) * (slip - dot(slip, n) * n), friction * normal_force);
+    history.bending = capped(carried(history.bending) - (stiffness.rolling * dt) * (relative_spin - twist), moment_limit);
+    history.twisting = capped(carried(history.twisting) - (stiffness.rolling * dt) * twist, moment_limit);
+    history.normal = n;
+    history.overlap = pair.overlap;
+}
+
+}  // namespace graincal

@@ -1,0 +1,36 @@
+// Linear springs with sliding, rolling and twisting resistance: Hartmann, Cheng, Thornton (2022), Table 1.
+#pragma once
+
+#include "contact.hpp"
+
+namespace graincal {
+
+template <class Real> struct LinearLaw {
+    Real modulus;            // E, Pa
+    Real stiffness_ratio;    // nu = ks / kn
+    Real friction;           // tan(phi)
+    Real rolling_stiffness;  // beta_m
+    Real rolling_strength;   // eta_m
+
+    ContactStiffness<Real> stiffness(const TouchingPair<Real>& pair) const {
+        const Real product = pair.radius1 * pair.radius2;
+        const Real normal = Real(2) * modulus * product / (pair.radius1 + pair.radius2);
+        const Real shear = stiffness_ratio * normal;
+        return {normal, shear, rolling_stiffness * product * shear};
+    }
+
+    // Advances the history by one step and returns the normal force.
+    Real evaluate(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k, Real dt, ContactHistory<Real>& history) const {
+        const Real normal_force = k.normal * pair.overlap;
+        advance_resistances(pair, k, normal_force, friction, rolling_strength, dt, history);
+        return normal_force;
+    }
+
+    // Energy held in the springs of a contact, J.
+    Real elastic_energy(const ContactStiffness<Real>& k, const ContactHistory<Real>& h) const {
+        const auto held = [](const Vec3<Real>& v, Real stiffness) { return stiffness > Real(0) ? dot(v, v) / stiffness : Real(0); };
+        return Real(0.5) * (k.normal * h.overlap * h.overlap + held(h.shear, k.shear) + held(h.bending + h.twisting, k.rolling));
+    }
+};
+
+}  // namespace graincal

@@ -1,0 +1,37 @@
+// Leapfrog motion of the fluctuation about the cell's deformation, with Cundall's damping.
+#pragma once
+
+#include "cell.hpp"
+#include "particles.hpp"
+
+namespace graincal {
+
+template <class Real> Vec3<Real> damped(Vec3<Real> acceleration, const Vec3<Real>& velocity, Real damping, Real dt) {
+    const auto component = [&](Real a, Real v) { return a * (Real(1) - damping * sign(a * (v + Real(0.5) * dt * a))); };
+    return {component(acceleration.x, velocity.x), component(acceleration.y, velocity.y), component(acceleration.z, velocity.z)};
+}
+
+// The velocity that damping opposes: the fluctuation.
+template <class Real> struct OwnFluctuation {
+    Vec3<Real> operator()(Index, const Vec3<Real>& u) const { return u; }
+};
+
+// Moves the cell and the particles through dt and returns the largest fluctuation velocity, m/s. `opposed(i, u)` is the velocity that the damping
+// of translation opposes.
+template <class Team, class Real, class Opposed = OwnFluctuation<Real>>
+Real advance_motion(const Team& team, Particles<Real>& particles, Cell<Real>& cell, Real damping, Real dt, Opposed opposed = {}) {
+    cell.advance(dt);
+    const Mat3<Real> to_fractional = inverse(cell.edges);
+    const Real squared = team.largest(particles.count, [&](Index i) {
+        Vec3<Real> u = particles.velocity[i], w = particles.spin[i];
+        u += dt * damped((Real(1) / particles.mass[i]) * particles.force[i], opposed(i, u), damping, dt);
+        w += dt * damped((Real(1) / particles.inertia(i)) * particles.torque[i], w, damping, dt);
+        particles.velocity.set(i, u);
+        particles.spin.set(i, w);
+        particles.fractional.set(i, particles.fractional[i] + dt * (to_fractional * u));
+        return dot(u, u);
+    });
+    return square_root(squared);
+}
+
+}  // namespace graincal

@@ -1,0 +1,80 @@
+// One simulation: its state, and the step that advances it.
+#pragma once
+
+#include "fabric.hpp"
+#include "linear_law.hpp"
+#include "motion.hpp"
+#include "servo.hpp"
+#include "time_step.hpp"
+
+namespace graincal {
+
+enum class Status { running, finished, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, cancelled };
+
+template <class Real, class Law> struct Simulation {
+    Particles<Real> particles;
+    Neighbours<Real> neighbours;
+    PairForces<Real> pair_forces;
+    Cell<Real> cell;
+    Law law;
+    Servo<Real> servo;
+    TimeStepper<Real> time_stepper;
+    Real time_step = Real(1e-8);  // s
+    Real time = 0;                // s
+    Real damping = Real(0.2);
+    Real smallest_radius;
+    Vec3<Real> stress;            // diagonal at the latest force pass, Pa, compression positive
+    long long steps = 0;
+
+    void lay_out(Arena& arena, Index n, Index outer_pairs, Index near_pairs) {
+        particles.lay_out(arena, n);
+        neighbours.lay_out(arena, n, outer_pairs, near_pairs);
+        pair_forces.lay_out(arena, near_pairs);
+    }
+    // A simulation within which the fastest particle crosses this share of the smallest radius in a step has blown up.
+    Real speed_limit() const { return Real(0.1) * smallest_radius / time_step; }
+};
+
+inline Status as_simulation_status(NeighbourStatus status) {
+    switch (status) {
+        case NeighbourStatus::outer_full: return Status::needs_more_outer_pairs;
+        case NeighbourStatus::near_full: return Status::needs_more_near_pairs;
+        case NeighbourStatus::cell_too_small: return Status::cell_too_small;
+        default: return Status::running;
+    }
+}
+
+// Forces, torques and stress at the present positions. The law's increments take the step that led here.
+template <class Team, class Real, class Law> Status find_forces(const Team& team, Simulation<Real, Law>& sim) {
+    const Status status = as_simulation_status(update_neighbours(team, sim.neighbours, sim.particles, sim.cell));
+    if (status != Status::running) return status;
+    const Vec3<Real> sum = pair_pass(team, sim.law, sim.cell, sim.particles, sim.neighbours.slots, sim.pair_forces, sim.time_step);
+    team.sync();
+    gather_pass(team, sim.particles, sim.neighbours, sim.pair_forces);
+    team.sync();
+    sim.stress = (Real(1) / sim.cell.volume()) * sum;
+    return is_finite(sim.stress.x + sim.stress.y + sim.stress.z) ? Status::running : Status::diverged;
+}
+
+template <class Team, class Real, class Law> void choose_time_step(const Team& team, Simulation<Real, Law>& sim) {
+    sim.time_step = sim.time_stepper.next(sim.time_step, largest_squared_frequency(team, sim.particles, sim.neighbours, sim.pair_forces));
+}
+
+template <class Real, class Law> void drive_cell(Simulation<Real, Law>& sim) {
+    for (Index axis = 0; axis < 3; ++axis) {
+        Real& rate = sim.cell.velocity_gradient(axis, axis);
+        rate = sim.servo.rate(axis, rate, sim.stress[axis], sim.cell.strain(axis), sim.time_step);
+    }
+}
+
+template <class Team, class Real, class Law, class Opposed = OwnFluctuation<Real>>
+Status move(const Team& team, Simulation<Real, Law>& sim, Opposed opposed = {}) {
+    const Real fastest = advance_motion(team, sim.particles, sim.cell, sim.damping, sim.time_step, opposed);
+    team.sync();
+    sim.neighbours.travel += fastest * sim.time_step;
+    sim.time += sim.time_step;
+    ++sim.steps;
+    return fastest < sim.speed_limit() ? Status::running : Status::diverged;
+}
+
+}  // namespace graincal
