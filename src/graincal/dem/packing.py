@@ -1,0 +1,131 @@
+"""Packings: spheres in a periodic cell."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal import _native
+from graincal.data import InputError
+
+LARGEST_OVERLAP = 0.01
+"""Overlaps above this share of the smaller radius are no packing at rest, but a mistake in the file."""
+
+_CELL = re.compile(r"cell lengths:\s*(\S+)\s+(\S+)\s+(\S+)")
+
+
+@dataclass(frozen=True, eq=False)
+class Packing:
+    """Spheres in a periodic cell: `positions` (N, 3) and `radii` (N,) in metres, `edges` (3, 3) whose columns are the cell's edge vectors.
+
+    Centres outside the cell are wrapped into it. Raises InputError where the figures cannot be a packing.
+    """
+
+    positions: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    edges: NDArray[np.float64]
+    name: str = "packing"
+
+    def __post_init__(self) -> None:
+        positions = np.ascontiguousarray(self.positions, dtype=np.float64)
+        radii = np.ascontiguousarray(self.radii, dtype=np.float64)
+        edges = np.ascontiguousarray(self.edges, dtype=np.float64)
+        if positions.ndim != 2 or positions.shape[1] != 3 or radii.shape != positions.shape[:1] or len(radii) < 2:
+            raise InputError(f"{self.name}: positions must be (N, 3) and radii (N,) for at least two particles, not {positions.shape} and {radii.shape}.")
+        if not (np.all(np.isfinite(positions)) and np.all(np.isfinite(radii)) and np.all(np.isfinite(edges))):
+            raise InputError(f"{self.name}: positions, radii and cell lengths must be finite numbers.")
+        if not np.all(radii > 0):
+            raise InputError(f"{self.name}: the radius of particle {1 + int(np.argmin(radii > 0))} must be positive.")
+        if edges.shape != (3, 3) or not np.linalg.det(edges) > 0:
+            raise InputError(f"{self.name}: the cell's edges must span a positive volume.")
+        fractional = np.linalg.solve(edges, positions.T).T
+        outside = np.any((fractional < 0) | (fractional >= 1), axis=1)
+        positions = np.where(outside[:, None], (fractional - np.floor(fractional)) @ edges.T, positions)
+        widths = 1 / np.linalg.norm(np.linalg.inv(edges), axis=1)
+        if widths.min() < 5 * radii.max():
+            raise InputError(f"{self.name}: the cell is only {widths.min():.3g} m wide, and must be at least 2.5 times the largest diameter of {2 * radii.max():.3g} m.")
+        for name, array in {"positions": positions, "radii": radii, "edges": edges}.items():
+            array = array.copy()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        self._check_overlaps()
+
+    def _check_overlaps(self) -> None:
+        # The engine's own neighbour search; one force pass on springs of any stiffness tells who touches.
+        probe = self._simulation(_native.LinearLaw(1.0, 0.0, 0.0, 0.0, 0.0), density=1.0)
+        probe.run_prescribed(1, np.zeros((3, 3)), 1e-12, 0.0)
+        contacts = probe.contacts()
+        smaller = np.minimum(self.radii[contacts["first"]], self.radii[contacts["second"]])
+        shares = contacts["overlap"] / smaller
+        if shares.size and shares.max() > LARGEST_OVERLAP:
+            worst = int(np.argmax(shares))
+            first, second = contacts["first"][worst] + 1, contacts["second"][worst] + 1
+            raise InputError(f"{self.name}: particles {first} and {second} overlap by {shares[worst]:.1%} of the smaller radius, and at most {LARGEST_OVERLAP:.0%} is allowed.")
+
+    def _simulation(self, law: _native.LinearLaw, density: float) -> _native.Simulation:
+        return _native.Simulation(self.positions, self.radii, self.edges, law, density)
+
+    @property
+    def count(self) -> int:
+        """The number of particles N."""
+        return len(self.radii)
+
+    @property
+    def volume(self) -> float:
+        """The cell's volume, m^3."""
+        return float(np.linalg.det(self.edges))
+
+    @property
+    def solid_volume(self) -> float:
+        """The spheres' volume, m^3; overlaps are not subtracted."""
+        return float(4 / 3 * np.pi * np.sum(self.radii**3))
+
+    @property
+    def void_ratio(self) -> float:
+        """Volume of voids over volume of solids."""
+        return self.volume / self.solid_volume - 1
+
+    @classmethod
+    def read(cls, path: str | Path) -> Packing:
+        """Read `x,y,z,radius` in metres, after a comment line `# ... cell lengths: Lx Ly Lz`."""
+        path = Path(path)
+        try:
+            lines = path.read_text(encoding="utf-8-sig").splitlines()
+        except OSError as error:
+            raise InputError(f"{path}: the packing cannot be read ({error.strerror}).") from None
+        except UnicodeDecodeError:
+            raise InputError(f"{path}: a packing must be a text file with the columns x,y,z,radius.") from None
+        comments = [line for line in lines if line.startswith("#")]
+        rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+        cell = next((match for match in map(_CELL.search, comments) if match), None)
+        try:
+            lengths = [float(text) for text in cell.groups()] if cell else []
+        except ValueError:
+            lengths = []
+        if not lengths:
+            raise InputError(f"{path}: a comment line with 'cell lengths: Lx Ly Lz' in metres is needed before the particles.")
+        if not rows or [name.strip() for name in rows[0][1].split(",")] != ["x", "y", "z", "radius"]:
+            raise InputError(f"{path}: the header must be 'x,y,z,radius'.")
+        values = []
+        for number, line in rows[1:]:
+            try:
+                row = [float(text) for text in line.split(",")]
+            except ValueError:
+                row = []
+            if len(row) != 4:
+                raise InputError(f"{path}: line {number} must hold four numbers x,y,z,radius.")
+            values.append(row)
+        table = np.array(values).reshape(-1, 4)
+        return cls(table[:, :3], table[:, 3], np.diag(lengths), name=str(path))
+
+    def write(self, path: str | Path, comment: str = "periodic packing, metres") -> None:
+        """Write what `read` reads, with every digit. Only cells with edges along the axes can be written."""
+        if np.any(self.edges != np.diag(np.diag(self.edges))):
+            raise InputError(f"{path}: only a cell with edges along the axes can be written.")
+        lengths = " ".join(repr(float(length)) for length in np.diag(self.edges))
+        rows = [",".join(repr(float(value)) for value in (*position, radius)) for position, radius in zip(self.positions, self.radii)]
+        Path(path).write_text("\n".join([f"# {comment}; cell lengths: {lengths}", "x,y,z,radius", *rows]) + "\n", encoding="utf-8")
