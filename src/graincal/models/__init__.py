@@ -1,0 +1,5 @@
+"""What an evaluation is: the built-in test, or anybody else's function."""
+
+from graincal.models.triaxial import TriaxialTest
+
+__all__ = ["TriaxialTest"]

@@ -1,0 +1,135 @@
+"""The built-in model: a drained triaxial test by graincal's own DEM engine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graincal import _native
+from graincal.data import Failure, InputError, Response, Samples
+from graincal.dem.batch import Run, run_batch
+from graincal.dem.packing import Packing
+from graincal.dem.stress_path import drained_triaxial
+
+PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
+"""Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength."""
+
+DENSITY = 2650.0
+"""Density of quartz grains, kg/m^3, before scaling."""
+
+_FAILURES = {
+    "diverged": "the simulation diverged: a particle's motion ran away or a stress was not finite",
+    "cell_too_small": "the periodic cell became too small for its largest particles",
+    "out_of_steps": "the simulation reached its limit of {limit} steps",
+    "cancelled": "the simulation was stopped",
+    "out_of_memory": "the simulation found no memory for its neighbour lists",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class TriaxialTest:
+    """A drained triaxial test of a packing, with the contact law of Hartmann, Cheng, Thornton (2022).
+
+    confining_pressure: Pa. density_scaling: factor on the grains' density (the paper's 1e3). fixed: parameters that are not calibrated, with their
+    values. largest_flagged_share: a run in which a larger share of the states was not at rest within its step limit is a Failure; fewer are counted in
+    the response's details. step_limit: of a whole run.
+    """
+
+    packing: Packing
+    confining_pressure: float
+    density_scaling: float = 1e3
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    largest_flagged_share: float = 0.1
+    step_limit: int = 20_000_000
+
+    def __post_init__(self) -> None:
+        for name in ("confining_pressure", "density_scaling"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"{name} must be a positive number, not {value}.")
+        if unknown := set(self.fixed) - set(PARAMETERS):
+            raise InputError(f"fixed: {', '.join(sorted(unknown))} is not among the test's parameters {', '.join(PARAMETERS)}.")
+        object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
+
+    def arrange(self, samples: Samples) -> NDArray[np.float64]:
+        """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
+        given = [*samples.names, *self.fixed]
+        if sorted(given) != sorted(PARAMETERS):
+            raise InputError(f"a triaxial test needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}.")
+        columns = {name: samples.theta[:, k] for k, name in enumerate(samples.names)}
+        columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
+        return np.stack([columns[name] for name in PARAMETERS], axis=1)
+
+    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+        """Simulate each sample and yield (row, Response or Failure) in order of completion.
+
+        at (T,): axial strains of the recorded states, logarithmic, as fractions. workers: threads, all cores by default.
+        """
+        at = np.asarray(at, dtype=np.float64)
+        theta = self.arrange(samples)
+        laws = [_law(row) for row in theta]
+        if not len(laws):
+            return
+        runs = run_batch(
+            self.packing,
+            laws,
+            drained_triaxial(self.confining_pressure, at),
+            density=DENSITY * self.density_scaling,
+            expected_steps=_relative_run_lengths(theta),
+            threads=workers or os.cpu_count() or 1,
+            step_limit=self.step_limit,
+        )
+        for run in runs:
+            yield run.index, self._outcome(run, at)
+
+    def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
+        """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order."""
+        names = tuple(name for name in PARAMETERS if name not in self.fixed)
+        thetas = np.atleast_2d(np.asarray(thetas, dtype=np.float64))
+        if thetas.shape[1] != len(names):
+            raise InputError(f"theta must have the {len(names)} columns {', '.join(names)}, not {thetas.shape[1]}.")
+        samples = Samples(np.arange(len(thetas)), thetas, names)
+        outcomes = dict(self.evaluate(samples, at, workers=threads))
+        return [outcomes[row] for row in range(len(samples))]
+
+    def _outcome(self, run: Run, at: NDArray[np.float64]) -> Response | Failure:
+        details = {"steps": run.steps, "seconds": run.seconds, "flagged": run.flagged, "particle_steps": run.steps * self.packing.count}
+        if run.status != "finished":
+            return Failure(run.status, _FAILURES[run.status].format(limit=self.step_limit) + f" (after {run.steps} steps).", details)
+        if run.flagged > self.largest_flagged_share * len(at):
+            reason = f"{run.flagged} of {len(at)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
+            return Failure("flagged", reason, details)
+        return Response(at, self._curve(run.columns), details)
+
+    def _curve(self, c: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        lateral = 0.5 * (c["stress_xx"] + c["stress_yy"])
+        return {
+            "axial_strain": c["strain_z"],
+            "volumetric_strain": c["strain_x"] + c["strain_y"] + c["strain_z"],
+            "stress_ratio": c["stress_zz"] / lateral,
+            "void_ratio": c["volume"] / self.packing.solid_volume - 1,
+            "mean_stress": (c["stress_xx"] + c["stress_yy"] + c["stress_zz"]) / 3,
+            "deviatoric_stress": c["stress_zz"] - lateral,
+            "coordination_number": c["coordination_number"],
+            "a_c": c["a_c"],
+            "a_n": c["a_n"],
+            "a_t": c["a_t"],
+            "unbalanced_force": c["unbalanced_force"],
+            "steps": c["steps"],
+            "flagged": c["flagged"],
+        }
+
+
+def _law(theta: NDArray[np.float64]) -> _native.LinearLaw:
+    log_modulus, stiffness_ratio, friction_angle, rolling_stiffness, rolling_strength = theta
+    return _native.LinearLaw(10.0**log_modulus, stiffness_ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
+
+
+def _relative_run_lengths(theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    # The critical step falls with the root of the stiffness; smooth grains take longer to come to rest.
+    return 10.0 ** (0.5 * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))
