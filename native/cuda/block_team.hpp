@@ -1,0 +1,102 @@
+// The team of one CUDA thread block. The contract is that of team.hpp; sums follow the same tree as SerialTeam's.
+#pragma once
+
+#include "graincal/team.hpp"
+
+namespace graincal {
+
+class BlockTeam {
+  public:
+    // `scratch` is shared memory of this many bytes; it bounds how many chunks a sum may have.
+    static constexpr Index scratch_bytes = 32 * 1024;
+
+    explicit BlockTeam(char* scratch) : scratch_(scratch) {}
+
+    template <class F> void each(Index n, F f) const {
+        for (Index i = threadIdx.x; i < n; i += blockDim.x) f(i);
+    }
+
+    template <class F> auto sum(Index n, F f) const {
+        using T = decltype(f(Index(0)));
+        constexpr Index capacity = scratch_bytes / sizeof(T);
+        const Index chunks = (n + sum_chunk - 1) / sum_chunk;
+        T* partial = reinterpret_cast<T*>(scratch_);
+        // More chunks than fit are folded in blocks of a power of two, which leaves the tree as it is.
+        Index width = 1;
+        while ((chunks + width - 1) / width > capacity) width *= 2;
+        const Index blocks = (chunks + width - 1) / width;
+        sync();
+        for (Index b = threadIdx.x; b < blocks; b += blockDim.x) partial[b] = block_sum<T>(b * width, width, chunks, n, f);
+        for (Index step = 1; step < blocks; step *= 2) {
+            sync();
+            for (Index b = 2 * step * threadIdx.x; b + step < blocks; b += 2 * step * blockDim.x) partial[b] += partial[b + step];
+        }
+        sync();
+        const T total = blocks > 0 ? partial[0] : T{};
+        sync();
+        return total;
+    }
+
+    template <class F> auto largest(Index n, F f) const {
+        using T = decltype(f(Index(0)));
+        T* partial = reinterpret_cast<T*>(scratch_);
+        T result{};
+        for (Index i = threadIdx.x; i < n; i += blockDim.x) result = maximum(result, f(i));
+        sync();
+        partial[threadIdx.x] = result;
+        for (Index step = 1; step < Index(blockDim.x); step *= 2) {
+            sync();
+            const Index b = 2 * step * threadIdx.x;
+            if (b + step < Index(blockDim.x)) partial[b] = maximum(partial[b], partial[b + step]);
+        }
+        sync();
+        result = partial[0];
+        sync();
+        return result;
+    }
+
+    void scan(Index n, Index* values) const {
+        sync();
+        if (threadIdx.x == 0) SerialTeam{}.scan(n, values);
+        sync();
+    }
+
+    Index claim(Index* counter) const { return atomicAdd(counter, 1); }
+
+    void sync() const { __syncthreads(); }
+
+  private:
+    // The sum of `width` chunks from `first`, as a balanced tree.
+    template <class T, class F> static T block_sum(Index first, Index width, Index chunks, Index n, F f) {
+        T level[32];
+        for (Index done = 0; done < width; ++done) {
+            const Index chunk = first + done;
+            if (chunk >= chunks) return collapse(level, done);
+            T carried{};
+            const Index end = minimum(n, (chunk + 1) * sum_chunk);
+            for (Index i = chunk * sum_chunk; i < end; ++i) carried += f(i);
+            Index l = 0;
+            for (; done >> l & 1; ++l) {
+                level[l] += carried;
+                carried = level[l];
+            }
+            level[l] = carried;
+        }
+        return collapse(level, width);
+    }
+    template <class T> static T collapse(T* level, Index count) {
+        T total{};
+        bool first = true;
+        for (Index l = 0; count >> l; ++l)
+            if (count >> l & 1) {
+                if (!first) level[l] += total;
+                total = level[l];
+                first = false;
+            }
+        return total;
+    }
+
+    char* scratch_;
+};
+
+}  // namespace graincal
