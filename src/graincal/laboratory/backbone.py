@@ -1,0 +1,40 @@
+"""Where a control variable turns back, and how lines of a file are named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def turned_back(control: ArrayLike) -> NDArray[np.bool_]:
+    """Which values (T,) lie below an earlier one: unloading, and reloading until it rejoins the backbone."""
+    control = np.asarray(control, dtype=np.float64)
+    return control < np.maximum.accumulate(control)
+
+
+def repeated(control: ArrayLike) -> NDArray[np.bool_]:
+    """Which values (T,) equal the largest earlier one, so that the control stood still."""
+    control = np.asarray(control, dtype=np.float64)
+    return np.concatenate([[False], control[1:] == np.maximum.accumulate(control)[:-1]])
+
+
+def runs(chosen: ArrayLike) -> list[tuple[int, int]]:
+    """The first and last index of each run of chosen rows (T,) of booleans."""
+    padded = np.concatenate([[False], np.asarray(chosen, dtype=bool), [False]])
+    edges = np.flatnonzero(padded[1:] != padded[:-1])
+    return [(int(start), int(end) - 1) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def spans(chosen: ArrayLike, lines: Sequence[int]) -> list[tuple[int, int]]:
+    """The first and last line of each run of chosen rows, which stand on `lines`."""
+    return [(lines[first], lines[last]) for first, last in runs(chosen)]
+
+
+def say_lines(spans: Sequence[tuple[int, int]], at_most: int = 8) -> str:
+    """Lines to read: `line 7`, `lines 3-9, 14 and 5 more places`."""
+    words = [str(first) if first == last else f"{first}-{last}" for first, last in spans]
+    more = len(words) - at_most
+    listed = ", ".join(words[:at_most]) + (f" and {more} more place{'s' if more > 1 else ''}" if more > 0 else "")
+    return ("line " if len(words) == 1 and spans[0][0] == spans[0][1] else "lines ") + listed

@@ -1,0 +1,78 @@
+"""What a laboratory measures: canonical names, dimensions, what they are called elsewhere, and the stress ratio from each measure of stress."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.laboratory.units import Unit, find_unit, split_header
+
+STRAINS = ("axial_strain", "volumetric_strain", "radial_strain")
+STRESSES = ("deviator_stress", "axial_stress")
+SIGNED = STRAINS + STRESSES
+DIMENSIONS = (
+    dict.fromkeys((*STRAINS, "stress_ratio", "deviator_to_mean_stress", "void_ratio"), "fraction")
+    | dict.fromkeys((*STRESSES, "confining_pressure"), "pressure")
+)
+"""The dimension that a known quantity must have; a quantity of any other name may have any."""
+
+
+@dataclass(frozen=True)
+class StressMeasure:
+    """How the stress ratio σ1/σ3 follows from a measured stress at a constant lateral stress (Pa)."""
+
+    needs_confining_pressure: bool
+    ratio: Callable[[NDArray[np.float64], float], NDArray[np.float64]]
+
+
+STRESS_MEASURES = {
+    "deviator_stress": StressMeasure(True, lambda q, confining: 1.0 + q / confining),
+    "axial_stress": StressMeasure(True, lambda sigma_1, confining: sigma_1 / confining),
+    # q = σ1 - σ3 and p = (σ1 + 2 σ3)/3; beyond q/p = 3 the lateral stress would be tension.
+    "deviator_to_mean_stress": StressMeasure(False, lambda eta, _: (3.0 + 2.0 * eta) / (3.0 - eta)),
+}
+
+_CALLED = {
+    "axial_strain": "axialstrain axstrain strainaxial verticalstrain majorstrain epsa epsaxial epsilona epsilonaxial ea eaxial eps1 "
+    "epsilon1 e1 epsz epszz ezz",
+    "volumetric_strain": "volumetricstrain volstrain volumestrain strainvolumetric epsv epsvol epsilonv epsilonvol ev evol epsp",
+    "radial_strain": "radialstrain lateralstrain epsr epsilonr er erad eradial eps3 epsilon3 e3",
+    "stress_ratio": "stressratio principalstressratio s1/s3 sigma1/sigma3 sigma1/3 s1overs3 sigma1oversigma3 sig1/sig3 sa/sr "
+    "sigmaa/sigmar s1/sc",
+    "deviator_stress": "deviatorstress deviatoricstress devstress deviator q s1-s3 sigma1-sigma3 sig1-sig3 sigmad sa-sr sigmaa-sigmar "
+    "stressdeviator",
+    "axial_stress": "axialstress s1 sigma1 sig1 sigmaa sigmaaxial sa sigmaz sigmazz szz verticalstress majorprincipalstress "
+    "effectiveaxialstress",
+    "deviator_to_mean_stress": "q/p eta qoverp deviatortomeanstress",
+    "void_ratio": "voidratio e",
+    "confining_pressure": "confiningpressure confiningstress cellpressure sigma3 s3 sig3 sigmac sc sigmar sr radialstress lateralstress "
+    "chamberpressure",
+}
+_QUANTITY = {synonym: quantity for quantity, synonyms in _CALLED.items() for synonym in synonyms.split()}
+_GREEK = str.maketrans({"ε": "eps", "ϵ": "eps", "σ": "sigma", "η": "eta", "₁": "1", "₃": "3", "ₐ": "a", "ᵥ": "v"})
+_TRAILING_UNIT = re.compile(r"^(?P<name>.*?[^\s,/_])(?:\s*[,/]\s*|\s+|_)(?P<unit>[^\s,_]+)$")
+
+
+def guess(header: str) -> tuple[str | None, Unit | None]:
+    """The quantity that a header seems to name and the unit it seems to carry: `Ea(%)`, `eps_v, %`, `q kPa`, `σ1/σ3`.
+
+    For proposals that a person checks, never for a calibration.
+    """
+    name, text = split_header(header)
+    unit = find_unit(text) if text is not None else None
+    if text is not None and unit is None:
+        bare, _ = guess(name)
+        return (bare or _QUANTITY.get(_plain(header))), None
+    if (quantity := _QUANTITY.get(_plain(name))) is None and unit is None and (found := _TRAILING_UNIT.match(header)):
+        trailing = find_unit(found["unit"])
+        if trailing is not None and trailing.symbol != "-":
+            return _QUANTITY.get(_plain(found["name"])), trailing
+    return quantity, unit
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s_.'′’^{}\\$()\[\]]+", "", name.lower().translate(_GREEK))

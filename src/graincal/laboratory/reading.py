@@ -1,0 +1,199 @@
+"""Reading a laboratory file into a reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from os import PathLike
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import InputError, Reference
+from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
+from graincal.laboratory.columns import Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
+from graincal.laboratory.quantities import STRESS_MEASURES
+from graincal.laboratory.table import Table, read_table
+
+LARGEST_STRESS_RATIO = 100.0
+"""No soil comes near; a larger one is a confining pressure in another unit than pascals."""
+
+
+def read_reference(
+    path: str | PathLike[str],
+    control: str = "axial_strain",
+    observables: Sequence[str] | Mapping[str, float] = ("stress_ratio", "volumetric_strain"),
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    strain: str | Mapping[str, str] = "logarithmic",
+    compression: str | Mapping[str, str] = "positive",
+    unloading: str | None = None,
+    confining_pressure: float | None = None,
+    measurement_errors: Mapping[str, float] | None = None,
+) -> Reference:
+    """Read a laboratory file: delimited text with a header, in the order of the test.
+
+    The file's delimiter, decimal mark and encoding are found out; what its columns mean is not guessed. A quantity is read from the column that
+    `columns` names for it, or else from the one whose header is exactly its name, with or without a unit: `axial_strain [%]`.
+
+    control, observables
+        What the reference compares on and what it compares. A mapping gives each observable's variance share.
+    columns
+        Quantity -> header, with or without the header's unit. Beside the names in `control` and `observables`, the stress ratio σ1/σ3 may be
+        given as `deviator_stress` (q = σ1 - σ3), as the effective `axial_stress` (σ1), both with `confining_pressure`, or as
+        `deviator_to_mean_stress` (q/p, triaxial compression).
+    units
+        Quantity -> unit, where the header has none or a wrong one. Without any, a strain or ratio is a fraction; a stress must have one.
+    strain, compression
+        "logarithmic" or "engineering"; "positive" or "negative"; one word for all strains (and stresses), or quantity -> word.
+        An engineering strain becomes -ln(1 - e), the volumetric one too.
+    unloading
+        "drop" keeps, of unload-reload loops, the backbone: rows whose control exceeds every earlier one. None refuses loops.
+    confining_pressure
+        Pa; the constant lateral stress. Used only to make a stress ratio of q or σ1.
+    measurement_errors
+        Observable -> standard deviation, in the reference's own units: fractions, σ1/σ3, Pa.
+
+    Rows with an empty or non-numeric cell in a column that is read are dropped, and so are rows where the control stands still (the first of them
+    is kept); the reference's `notes` say how many and which, and what was converted. Raises InputError for everything else.
+    """
+    table = read_table(path)
+    shares = _observables(table.path, control, observables)
+    wanted = (control, *shares)
+    _refuse_not_positive(table.path, "confining_pressure", {"": confining_pressure})
+    _refuse_not_positive(table.path, "measurement_errors", measurement_errors or {})
+    if unknown := set(measurement_errors or {}) - set(shares):
+        raise InputError(f"{table.path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(shares)} was expected.")
+
+    conventions = Conventions(columns or {}, units or {}, strain, compression)
+    conventions.check_words(table.path, (*wanted, *(STRESS_MEASURES if "stress_ratio" in wanted else ())))
+    sources = {name: _source(table, name, conventions) for name in wanted}
+    found = list(sources.values())
+    conventions.check_names(table.path, [column.quantity for column in found])
+    refuse_mixed_units(table, found)
+
+    printed, complete = read_columns(table, found)
+    lines = [line for line, kept in zip(table.lines, complete, strict=True) if kept]
+    plain = {column.quantity: to_plain(table, column, printed[column.quantity][complete], lines, conventions) for column in found}
+    values = {
+        name: plain[name] if column.quantity == name else _stress_ratio(table, column, plain[column.quantity], control, confining_pressure)
+        for name, column in sources.items()
+    }
+    backbone, dropped = _backbone(table, control, values[control], lines, unloading)
+    return Reference(
+        values[control][backbone],
+        {name: values[name][backbone] for name in shares},
+        None if None in shares.values() else shares,
+        measurement_errors,
+        control_name=control,
+        notes=(*_gaps(table, printed, complete), *dropped, *_conversions(sources, conventions, confining_pressure)),
+    )
+
+
+def _observables(path: str, control: str, observables: Sequence[str] | Mapping[str, float]) -> dict[str, float | None]:
+    if isinstance(observables, str) or not observables:
+        raise InputError(f"{path}: observables must list at least one name, such as stress_ratio, and is {observables!r}.")
+    shares = dict(observables) if isinstance(observables, Mapping) else dict.fromkeys(observables)
+    if control in shares:
+        raise InputError(f"{path}: {control} is the control, and the observables must be other quantities.")
+    _refuse_not_positive(path, "observables (variance shares)", shares)
+    return shares
+
+
+def _refuse_not_positive(path: str, key: str, numbers: Mapping[str, float | None]) -> None:
+    for name, number in numbers.items():
+        if number is not None and (isinstance(number, bool) or not isinstance(number, Real) or not 0 < number < np.inf):
+            raise InputError(f"{path}: {key}{' of ' + name if name else ''} must be a positive number, not {number!r}.")
+
+
+def _source(table: Table, name: str, conventions: Conventions) -> Column:
+    """The column that a wanted quantity comes from: its own, or for the stress ratio the one measure of stress that is there."""
+    if name != "stress_ratio":
+        column = find_column(table, name, conventions)
+        if column is None:
+            raise missing_column(table, name)
+        return column
+    names = ("stress_ratio", *STRESS_MEASURES)
+    said = [measure for measure in names if measure in conventions.columns]
+    found = [column for measure in said or names if (column := find_column(table, measure, conventions)) is not None]
+    if not found:
+        raise missing_column(table, "stress_ratio (nor " + ", ".join(STRESS_MEASURES) + ")")
+    if len(found) > 1 and (said or found[0].quantity != "stress_ratio"):
+        headers = ", ".join(f"'{column.header}'" for column in found)
+        raise InputError(f"{table.path}: columns {headers} all give the stress ratio, name a single one in columns.")
+    return found[0]
+
+
+def _stress_ratio(
+    table: Table, column: Column, stress: NDArray[np.float64], control: str, confining_pressure: float | None
+) -> NDArray[np.float64]:
+    measure = STRESS_MEASURES[column.quantity]
+    place = f"{table.path}: column '{column.header}'"
+    if measure.needs_confining_pressure:
+        if confining_pressure is None:
+            measured = column.quantity.replace("_", " ")
+            raise InputError(f"{place} is a {measured}, and a confining_pressure in Pa was expected to make it a stress ratio.")
+    elif np.max(stress) >= 3.0:
+        raise InputError(f"{place} reaches a ratio q/p of {np.max(stress):g}, and less than 3 was expected, where the lateral stress vanishes.")
+    if control == "axial_strain" and np.median(stress) < 0:
+        raise InputError(
+            f"{place} is mostly negative in compression, if that is its sign convention write compression = {{ {column.quantity} = \"negative\" }}."
+        )
+    ratio = measure.ratio(stress, confining_pressure)
+    if measure.needs_confining_pressure and np.max(ratio) > LARGEST_STRESS_RATIO:
+        raise InputError(
+            f"{place} gives a stress ratio of {np.max(ratio):.3g} with confining_pressure = {confining_pressure:g} Pa,"
+            f" and less than {LARGEST_STRESS_RATIO:g} was expected: the pressure or the column must be in another unit."
+        )
+    return ratio
+
+
+def _backbone(
+    table: Table, name: str, control: NDArray[np.float64], lines: list[int], unloading: str | None
+) -> tuple[NDArray[np.bool_], list[str]]:
+    """The rows to keep (T,), and what to say of the others."""
+    if unloading not in (None, "drop"):
+        raise InputError(f"{table.path}: unloading must be \"drop\" or left out, not {unloading!r}.")
+    back, still = turned_back(control), repeated(control)
+    if np.any(back) and -np.min(control) > np.max(control):
+        raise InputError(
+            f"{table.path}: {name} goes down to {np.min(control):g}, and was expected to increase,"
+            ' if compression is negative in this file write compression = "negative".'
+        )
+    if np.any(back) and unloading is None:
+        raise InputError(
+            f"{table.path}: {name} turns back at {say_lines(spans(back, lines))}, where it was expected to increase:"
+            ' unloading = "drop" leaves unload-reload loops out.'
+        )
+    notes = []
+    if np.any(back):
+        notes.append(f"{_rows(back)} dropped where {name} turned back: {say_lines(spans(back, lines))}.")
+    if np.any(still):
+        notes.append(f"{_rows(still)} dropped where {name} stood still: {say_lines(spans(still, lines))}.")
+    return ~(back | still), notes
+
+
+def _gaps(table: Table, printed: Mapping[str, NDArray[np.float64]], complete: NDArray[np.bool_]) -> list[str]:
+    if np.all(complete):
+        return []
+    where = [quantity for quantity, numbers in printed.items() if np.any(np.isnan(numbers))]
+    return [f"{_rows(~complete)} dropped for a cell without a number, in {', '.join(where)}: {say_lines(spans(~complete, table.lines))}."]
+
+
+def _conversions(sources: Mapping[str, Column], conventions: Conventions, confining_pressure: float | None) -> list[str]:
+    notes = []
+    for name, column in sources.items():
+        if conventions.is_engineering(column.quantity):
+            notes.append(f"{name} was engineering strain and is made logarithmic.")
+        if conventions.is_reversed(column.quantity):
+            notes.append(f"{column.quantity} had compression negative and is turned.")
+        if column.quantity != name:
+            at = f" at a confining pressure of {confining_pressure:g} Pa" if STRESS_MEASURES[column.quantity].needs_confining_pressure else ""
+            notes.append(f"{name} is made of {column.quantity}, column '{column.header}'{at}.")
+    return notes
+
+
+def _rows(chosen: NDArray[np.bool_]) -> str:
+    count = int(np.sum(chosen))
+    return f"{count} row{'s' if count > 1 else ''}"

@@ -1,0 +1,92 @@
+"""One test file per shape, all giving the same reference."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from invented_test import (
+    AXIAL_STRAIN,
+    CANONICAL,
+    DEVIATOR_STRESS,
+    RATIO_TOLERANCE,
+    SHAPES,
+    STRESS_RATIO,
+    Shape,
+    assert_is_the_invented_test,
+    percent,
+    rows,
+    text,
+    written,
+)
+
+from graincal.data import Reference
+from graincal.laboratory import read_reference
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
+def test_every_shape_gives_the_same_reference(shape: Shape, tmp_path: Path) -> None:
+    assert_is_the_invented_test(read_reference(written(shape, tmp_path), **shape.options), shape.lost)
+
+
+def notes_of(name: str, folder: Path) -> str:
+    shape = next(shape for shape in SHAPES if shape.name == name)
+    return " ".join(read_reference(written(shape, folder), **shape.options).notes)
+
+
+def test_notes_count_and_name_what_was_dropped(tmp_path: Path) -> None:
+    assert notes_of("canonical", tmp_path) == ""
+    # The header is line 1, so the state i stands on line i + 2.
+    where = "in axial_strain, stress_ratio, volumetric_strain"
+    assert notes_of("gaps", tmp_path) == f"3 rows dropped for a cell without a number, {where}: lines 5-6, 22."
+    assert notes_of("a footer", tmp_path) == f"1 row dropped for a cell without a number, {where}: line 28."
+    assert notes_of("an unload-reload loop", tmp_path) == "3 rows dropped where axial_strain turned back: lines 13-15."
+    assert notes_of("a pause", tmp_path) == "2 rows dropped where axial_strain stood still: lines 11-12."
+
+
+def test_notes_name_conversions(tmp_path: Path) -> None:
+    said = notes_of("engineering, tension positive, q", tmp_path)
+    assert "axial_strain was engineering strain and is made logarithmic." in said
+    assert "deviator_stress had compression negative and is turned." in said
+    assert "stress_ratio is made of deviator_stress, column 'deviator_stress [kPa]' at a confining pressure of 200000 Pa." in said
+
+
+def test_a_gap_in_a_column_that_is_not_read_costs_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text(CANONICAL + ",q [kPa]", *(line + "," for line in percent())))
+    assert_is_the_invented_test(read_reference(path))
+
+
+def test_reference_read_is_the_same_reader(tmp_path: Path) -> None:
+    path = written(SHAPES[0], tmp_path)
+    shares = {"volumetric_strain": 0.8, "stress_ratio": 0.2}
+    reference = Reference.read(path, control="axial_strain", observables=shares, measurement_errors={"stress_ratio": 0.04})
+    assert_is_the_invented_test(reference)
+    assert reference.variance_shares == shares
+    assert reference.measurement_errors == {"stress_ratio": 0.04}
+
+
+def test_quantities_of_any_name_are_read_in_si_units(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text("settlement [mm],force [kN],wall", *rows(1e3 * AXIAL_STRAIN, DEVIATOR_STRESS / 1e3, STRESS_RATIO)))
+    reference = read_reference(path, control="settlement", observables=["force", "wall"])
+    np.testing.assert_allclose(reference.control, AXIAL_STRAIN, rtol=0, atol=5.1e-9)
+    np.testing.assert_allclose(reference.observables["force"], DEVIATOR_STRESS, rtol=0, atol=5.1e-3)
+    np.testing.assert_allclose(reference.observables["wall"], STRESS_RATIO, rtol=0, atol=RATIO_TOLERANCE)
+
+
+def test_the_deviator_stress_itself_may_be_the_observable(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text("axial_strain [%],deviator_stress [kPa]", *rows(100 * AXIAL_STRAIN, DEVIATOR_STRESS / 1e3, decimals=(5, 2))))
+    reference = read_reference(path, observables=["deviator_stress"])
+    np.testing.assert_allclose(reference.observables["deviator_stress"], DEVIATOR_STRESS, rtol=0, atol=5.1)
+
+
+def test_what_is_said_of_a_unit_outranks_the_header(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text("axial_strain [-],volumetric_strain [LVDT],stress_ratio", *percent()))
+    assert_is_the_invented_test(read_reference(path, units={"axial_strain": "%", "volumetric_strain": "%"}))
+
+
+def test_a_ratio_column_is_preferred_to_the_stresses_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text(CANONICAL + ",deviator_stress [kPa]", *(line + ",7" for line in percent())))
+    assert_is_the_invented_test(read_reference(path))
