@@ -7,7 +7,7 @@ import pytest
 from invented_test import CANONICAL, DEVIATOR_STRESS, STRAINS, STRESS_RATIO, percent, rows, text, with_loop
 
 from graincal.data import InputError
-from graincal.laboratory import read_reference
+from graincal.laboratory import look, read_reference
 
 LINES = percent()
 GOOD = text(CANONICAL, *LINES)
@@ -183,7 +183,7 @@ def test_refused_in_one_sentence(name: str, tmp_path: Path) -> None:
     assert_one_sentence(str(refusal.value), path, expected)
 
 
-@pytest.mark.parametrize("read", [read_reference])
+@pytest.mark.parametrize("read", [read_reference, look])
 def test_what_is_no_file_is_refused(read, tmp_path: Path) -> None:
     with pytest.raises(InputError) as refusal:
         read(tmp_path / "nowhere.csv")

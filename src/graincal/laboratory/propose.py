@@ -1,0 +1,166 @@
+"""What was seen of a laboratory file, said in words, and written as a calibration to edit."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from graincal.data import ParameterSpace
+from graincal.laboratory.backbone import say_lines
+from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
+from graincal.laboratory.quantities import STRESS_MEASURES
+
+_DELIMITER_WORDS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
+_UNKNOWN = "?"
+_MEANINGS = {
+    "deviator_stress": "q = σ1 - σ3, with the confining pressure above",
+    "axial_stress": "the effective σ1, with the confining pressure above",
+    "deviator_to_mean_stress": "q/p, in triaxial compression",
+}
+
+
+def describe(file: LaboratoryFile) -> list[str]:
+    """What was understood of a file, in lines for a terminal."""
+    mark = " with a byte order mark" if file.byte_order_mark else ""
+    point = "decimal comma" if file.decimal == "," else "decimal point"
+    lines = [
+        f"{file.path}: {file.rows} rows, columns separated by {_DELIMITER_WORDS[file.delimiter]}, {point}, {file.encoding}{mark}.",
+        f"The names of the columns stand on line {file.header_line}. Understood:",
+    ]
+    used = file.reference
+    lines += [f"  {quantity}: {_describe_column(column) if column else 'no column looks like it'}" for quantity, column in used.items()]
+    others = [column for column in file.columns if column not in used.values() and column.header]
+    if others:
+        names = [f"'{column.header}'" + (f" ({column.quantity})" if column.quantity else "") for column in others]
+        lines.append(f"Left out: {', '.join(names)}.")
+    return lines + _warnings(file)
+
+
+def _describe_column(column: LaboratoryColumn) -> str:
+    words = [f"column '{column.header}'", f"{column.range[0]:g} to {column.range[1]:g}{'' if column.unit == '-' else ' ' + column.unit}"]
+    if column.unit_is_guessed:
+        words.append("a plain number to judge by its values" if column.unit == "-" else f"{column.unit} to judge by its values")
+    if column.compression == "negative":
+        words.append("compression seems negative")
+    if column.gaps:
+        words.append(f"no number on {say_lines(column.gaps)}")
+    return ", ".join(words)
+
+
+def _warnings(file: LaboratoryFile) -> list[str]:
+    """What a person has to know before trusting the columns."""
+    strain, stress = file.column("axial_strain"), file.column("stress_ratio")
+    warnings = [f"Column '{column.header}', {said}." for column in file.reference.values() if column for said in column.refused[:3]]
+    if file.loops:
+        warnings.append(f"The axial strain turns back at {say_lines(file.loops)}: unload-reload loops, of which the backbone is kept.")
+    if file.standstills:
+        warnings.append(f"The axial strain stands still at {say_lines(file.standstills)}: these rows are dropped.")
+    if strain is not None and file.strain_measure is None:
+        warnings.append("Engineering or logarithmic strain cannot be seen from the numbers: find out which it is.")
+    if strain is not None and strain.unit == "%" and not strain.unit_is_guessed and max(map(abs, strain.range)) < 0.5:
+        warnings.append(f"'{strain.header}' says %, and its values look like fractions.")
+    if stress is not None and stress.range[0] < 0.5:
+        warnings.append(f"'{stress.header}' starts near {stress.range[0]:g}, where σ1/σ3 starts at 1: it may be q/p or a stress.")
+    if file.confining_pressure is None:
+        warnings.append("The file does not say the confining pressure.")
+    return warnings
+
+
+def propose(
+    file: LaboratoryFile,
+    *,
+    strain: str | None = None,
+    confining_pressure: float | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    space: ParameterSpace | None = None,
+) -> str:
+    """The text of a complete calibration.toml, to be checked and edited.
+
+    `strain` and `confining_pressure` (Pa) are what the user knows beyond the file; `folder` is where the calibration file will stand (default:
+    beside the laboratory file); `space` the parameters (default: those of Hartmann, Cheng, Thornton, 2022).
+    Lines that rest on a guess say CHECK.
+    """
+    observables = ["stress_ratio" if quantity in STRESS_NAMES else quantity for quantity in file.reference if quantity != "axial_strain"]
+    blocks = [
+        _introduction(file),
+        _parameters(space or ParameterSpace.paper()),
+        _experiment(file, observables, confining_pressure or file.confining_pressure, known=confining_pressure is not None),
+        _reference(file, strain, folder),
+        '[filter]\nmethod = "iterative-bayesian"\n\n[stop]\nmax_iterations = 20\n\n[run]\nworkers = "all"\nseed    = 1',
+    ]
+    return "\n\n".join(blocks) + "\n"
+
+
+def _introduction(file: LaboratoryFile) -> str:
+    lines = [
+        "A calibration proposed from a laboratory file. Lines that say CHECK rest on a guess: confirm or correct each, then run graincal check.",
+        "",
+        "What was understood:",
+        *("  " + line for line in describe(replace(file, path=Path(file.path).name))),
+    ]
+    return "\n".join(f"# {line}".rstrip() for line in lines)
+
+
+def _parameters(space: ParameterSpace) -> str:
+    lines = ["[parameters]   # the unknowns and the ranges they are looked for in"]
+    for name, low, high, unit in zip(space.names, space.low, space.high, space.units, strict=True):
+        unit = f", unit = {_quote(unit)}" if unit else ""
+        lines.append(f"{name:6} = {{ range = [{low:g}, {high:g}]{unit} }}")
+    return "\n".join(lines)
+
+
+def _experiment(file: LaboratoryFile, observables: list[str], confining_pressure: float | None, *, known: bool) -> str:
+    shares = ", ".join(f"{name} = {{ variance_share = {1 / len(observables):g} }}" for name in observables)
+    said = "as you gave it" if known else "as the file says"
+    pressure = said if confining_pressure else "CHECK, not found in the file, this is only a usual value"
+    void_ratio = "as the file says" if file.void_ratio else "CHECK, that of Toyoura sand in the published tests"
+    return "\n".join([
+        "[[experiment]]",
+        f"name        = {_quote(Path(file.path).stem)}",
+        'control     = "axial_strain"',
+        f"observables = {{ {shares} }}   # the smaller a share, the more that observable is trusted",
+        f"# The confining pressure in Pa: {pressure}.",
+        f"# The void ratio before shearing: {void_ratio}. The grading: CHECK, that of Toyoura sand unless you give another.",
+        "# More particles are closer to the sand and cost in proportion.",
+        f'model       = {{ kind = "triaxial", particles = 1000, void_ratio = {file.void_ratio or 0.68:g}, grading = "toyoura", seed = 1,'
+        f" confining_pressure = {confining_pressure or 1e5:.6g}, density_scaling = 1e3 }}",
+    ])
+
+
+def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLike[str] | None) -> str:
+    path = Path(file.path)
+    name = path.name if folder is None else Path(os.path.relpath(path.absolute(), Path(folder).absolute())).as_posix()
+    columns = file.reference
+    found = {quantity: column for quantity, column in columns.items() if column}
+    guessed = [quantity for quantity, column in found.items() if column.unit_is_guessed]
+    lines = ["[experiment.reference]", f"file        = {_quote(name)}"]
+    if len(found) < len(columns):
+        present = ", ".join(_quote(column.header) for column in file.columns)
+        lines.append(f"# CHECK: put the right column in place of {_quote(_UNKNOWN)}; there are {present}.")
+    for measure in set(found) & set(STRESS_MEASURES):
+        lines.append(f"# The stress ratio is made of the {measure.replace('_', ' ')} ({_MEANINGS[measure]}).")
+    lines.append(f"columns     = {_inline({quantity: column.header if column else _UNKNOWN for quantity, column in columns.items()})}")
+    lines.append(f"# CHECK: the unit of {', '.join(guessed)} is guessed from the values." if guessed else "# As the file says:")
+    lines.append(f"units       = {_inline({quantity: column.unit for quantity, column in found.items() if column.unit})}")
+    if strain is None and file.strain_measure is None:
+        lines.append('# CHECK: cannot be seen from the file; laboratories mostly print "engineering", simulations "logarithmic" strain.')
+    lines.append(f"strain      = {_quote(strain or file.strain_measure or 'engineering')}")
+    if signs := {quantity: column.compression for quantity, column in found.items() if column.compression}:
+        lines.append("# CHECK: guessed from the values, the volumetric strain from its first movement being contraction.")
+        lines.append(f"compression = {_inline(signs)}")
+    if file.loops:
+        lines.append(f"# The axial strain turns back at {say_lines(file.loops)}: the backbone is kept.")
+        lines.append('unloading   = "drop"')
+    return "\n".join(lines)
+
+
+def _inline(table: Mapping[str, str]) -> str:
+    return "{ " + ", ".join(f"{key} = {_quote(value)}" for key, value in table.items()) + " }"
+
+
+def _quote(text: str) -> str:
+    """A TOML basic string: JSON's escapes are among TOML's."""
+    return json.dumps(text, ensure_ascii=False)

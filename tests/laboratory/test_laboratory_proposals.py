@@ -1,0 +1,210 @@
+"""A look at an unknown file, and the calibration proposed from it: read back, it gives the reference, told nothing but the strain measure."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from invented_test import (
+    AXIAL_STRAIN,
+    CANONICAL,
+    CONFINING_PRESSURE,
+    DEVIATOR_STRESS,
+    SHAPES,
+    STRAINS,
+    STRESS_RATIO,
+    Shape,
+    assert_is_the_invented_test,
+    percent,
+    rows,
+    text,
+    with_loop,
+    written,
+)
+
+from graincal.data import InputError, ParameterSpace, Reference
+from graincal.laboratory import describe, look, propose, read_reference
+from graincal.laboratory.quantities import guess
+
+
+def read_back(proposal: str, folder: Path) -> Reference:
+    """Read the reference as a calibration would: options from its table, the confining pressure from the model's."""
+    experiment = tomllib.loads(proposal)["experiment"][0]
+    table: dict[str, Any] = dict(experiment["reference"])
+    return read_reference(
+        folder / table.pop("file"),
+        experiment["control"],
+        {name: observable["variance_share"] for name, observable in experiment["observables"].items()},
+        confining_pressure=experiment["model"]["confining_pressure"],
+        **table,
+    )
+
+
+# One shape mixes the two measures of strain; that is for the user to find out, and no single word says it.
+PROPOSED = [shape for shape in SHAPES if isinstance(shape.options.get("strain", ""), str)]
+
+
+@pytest.mark.parametrize("shape", PROPOSED, ids=lambda shape: shape.name)
+def test_a_proposal_read_back_gives_the_reference(shape: Shape, tmp_path: Path) -> None:
+    seen = look(written(shape, tmp_path))
+    proposal = propose(seen, strain=shape.options.get("strain", "logarithmic"))
+    assert_is_the_invented_test(read_back(proposal, tmp_path), shape.lost)
+
+
+def proposal_of(content: str, written_in: Path, name: str = "lab.csv", **options: Any) -> tuple[dict[str, Any], str, str]:
+    path = written_in / name
+    path.write_text(content)
+    seen = look(path)
+    proposal = propose(seen, **options)
+    return tomllib.loads(proposal), proposal, "\n".join(describe(seen))
+
+
+def test_a_proposal_is_a_complete_calibration(tmp_path: Path) -> None:
+    calibration, proposal, _ = proposal_of(text("# cell pressure 0.2 MPa, void ratio 0.71", CANONICAL, *percent()), tmp_path)
+    assert set(calibration) == {"parameters", "experiment", "filter", "stop", "run"}
+    space = ParameterSpace({name: parameter["range"] for name, parameter in calibration["parameters"].items()})
+    assert space.names == ParameterSpace.paper().names
+    assert (space.low == ParameterSpace.paper().low).all() and (space.high == ParameterSpace.paper().high).all()
+    assert calibration["experiment"][0]["model"] == {
+        "kind": "triaxial", "particles": 1000, "void_ratio": 0.71, "grading": "toyoura", "seed": 1, "confining_pressure": 2e5, "density_scaling": 1e3,
+    }  # fmt: skip
+    assert calibration["experiment"][0]["reference"]["strain"] == "engineering"
+    assert "CHECK: cannot be seen from the file" in proposal
+
+
+def test_what_the_user_knows_is_written(tmp_path: Path) -> None:
+    (tmp_path / "tests").mkdir()
+    calibration, proposal, _ = proposal_of(
+        text(CANONICAL, *percent()),
+        tmp_path,
+        'tests/a "good" test.csv',
+        strain="logarithmic",
+        confining_pressure=3e5,
+        folder=tmp_path / "calibrations",
+    )
+    experiment = calibration["experiment"][0]
+    assert experiment["name"] == 'a "good" test'
+    assert experiment["reference"]["file"] == '../tests/a "good" test.csv'
+    assert experiment["reference"]["strain"] == "logarithmic"
+    assert experiment["model"]["confining_pressure"] == 3e5
+    assert "cannot be seen" not in proposal.split("[experiment.reference]")[1]
+
+
+def test_a_look_says_how_the_file_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    lines = rows(-STRAINS[0], -STRAINS[1], DEVIATOR_STRESS / 1e3, delimiter=";", decimal=",")
+    path.write_bytes(text("Test;7", "", "ea (%);ev;q (kPa)", *lines).encode("utf-8-sig"))
+    seen = look(path)
+    assert (seen.delimiter, seen.decimal, seen.byte_order_mark, seen.encoding) == (";", ",", True, "utf-8")
+    assert (seen.header_line, seen.rows) == (3, 26)
+    strain, volumetric, stress = seen.columns
+    assert (strain.quantity, strain.unit, strain.unit_is_guessed) == ("axial_strain", "%", False)
+    assert (strain.range, strain.compression) == ((-20.0, 0.0), "negative")
+    assert (volumetric.quantity, volumetric.unit, volumetric.unit_is_guessed) == ("volumetric_strain", "%", True)
+    assert volumetric.compression == "negative"
+    assert (stress.quantity, stress.unit, stress.compression) == ("deviator_stress", "kPa", "positive")
+    assert seen.strain_measure is None and seen.confining_pressure is None
+
+
+def test_a_look_finds_loops_pauses_and_gaps(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    lines = with_loop(percent())
+    path.write_text(text(CANONICAL, *lines[:5], lines[4], *lines[5:20], "13.4,,3", *lines[20:]))
+    seen = look(path)
+    assert seen.loops == ((14, 16),)
+    assert seen.standstills == ((7, 7),)
+    assert seen.columns[1].gaps == ((23, 23),)
+    said = "\n".join(describe(seen))
+    for words in ("turns back at lines 14-16", "stands still at line 7", "no number on line 23"):
+        assert words in said
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (text(CANONICAL, *percent()[:4], "2.5,nan,3.0", *percent()[4:]), "line 6 says 'nan'"),
+        (text("axial_strain [%],stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "says %, and its values look like fractions"),
+        (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO - 1)), "may be q/p"),
+        (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "does not say the confining pressure"),
+        (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "Engineering or logarithmic strain cannot be seen"),
+        (text("displacement,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "axial_strain: no column looks like it"),
+        (text("axial_strain,stress_ratio,time", *rows(AXIAL_STRAIN, STRESS_RATIO, STRESS_RATIO)), "Left out: 'time'."),
+    ],
+)  # fmt: skip
+def test_a_look_warns(content: str, words: str, tmp_path: Path) -> None:
+    assert words in proposal_of(content, tmp_path)[2]
+
+
+def test_an_unrecognised_column_is_left_to_the_user(tmp_path: Path) -> None:
+    calibration, proposal, _ = proposal_of(text("displacement,R", *rows(AXIAL_STRAIN, STRESS_RATIO)), tmp_path)
+    assert calibration["experiment"][0]["reference"]["columns"] == {"axial_strain": "?", "stress_ratio": "?", "volumetric_strain": "?"}
+    assert 'CHECK: put the right column in place of "?"; there are "displacement", "R".' in proposal
+    with pytest.raises(InputError, match=r"no column '\?' for axial_strain, and those present are 'displacement', 'R'"):
+        read_back(proposal, tmp_path)
+
+
+def test_a_stress_alone_is_proposed_alone(tmp_path: Path) -> None:
+    content = text("strain_axial,q", *rows(100 * AXIAL_STRAIN, DEVIATOR_STRESS / 1e3))
+    calibration, _, _ = proposal_of(content, tmp_path, confining_pressure=CONFINING_PRESSURE)
+    assert calibration["experiment"][0]["observables"] == {"stress_ratio": {"variance_share": 1.0}}
+    assert calibration["experiment"][0]["reference"]["units"] == {"axial_strain": "%", "deviator_stress": "kPa"}
+
+
+@pytest.mark.parametrize(
+    ("remark", "pressure"),
+    [
+        ("# confining pressure 0.5e6 Pa", 5e5),
+        ("# Cell pressure: 200 kPa, sand", 2e5),
+        ("# confining stress (kPa) = 150", 1.5e5),
+        ("# sigma3 = 1 bar", 1e5),
+        ("# σ3' = 49 kN/m2", 4.9e4),
+        ("# confining pressure 1,000 kPa", None),
+        ("# cell pressure constant, height 100 mm", None),
+        ("# sand", None),
+    ],
+)
+def test_a_confining_pressure_is_found_in_remarks(remark: str, pressure: float | None, tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text(remark, CANONICAL, *percent()), encoding="utf-8")
+    assert look(path).confining_pressure == (None if pressure is None else pytest.approx(pressure))
+
+
+def test_a_confining_pressure_is_found_in_a_column(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    constant = np.ones_like(AXIAL_STRAIN)
+    path.write_text(text("ea,s1,s3,e", *rows(AXIAL_STRAIN, 200 * STRESS_RATIO, 200 * constant, 0.7 * constant)))
+    assert look(path).confining_pressure == 2e5
+    assert look(path).void_ratio == 0.7
+
+
+@pytest.mark.parametrize(
+    ("header", "quantity", "unit"),
+    [
+        ("eps_a", "axial_strain", None),
+        ("Ea(%)", "axial_strain", "%"),
+        ("Axial strain", "axial_strain", None),
+        ("axial strain, %", "axial_strain", "%"),
+        ("Axial Strain / %", "axial_strain", "%"),
+        ("ε_a [-]", "axial_strain", "-"),
+        ("axial strain (LVDT)", "axial_strain", None),
+        ("ev", "volumetric_strain", None),
+        ("vol. strain %", "volumetric_strain", "%"),
+        ("e_v", "volumetric_strain", None),
+        ("q", "deviator_stress", None),
+        ("q kPa", "deviator_stress", "kPa"),
+        ("Deviator stress [kN/m²]", "deviator_stress", "kPa"),
+        ("σ1-σ3 (kPa)", "deviator_stress", "kPa"),
+        ("sigma1", "axial_stress", None),
+        ("s1/s3", "stress_ratio", None),
+        ("σ1'/σ3'", "stress_ratio", None),
+        ("s1_over_s3", "stress_ratio", None),
+        ("q/p'", "deviator_to_mean_stress", None),
+        ("sigma'_3 [MPa]", "confining_pressure", "MPa"),
+        ("time (min)", None, "min"),
+        ("p", None, None),
+    ],
+)
+def test_names_that_laboratories_use_are_recognised(header: str, quantity: str | None, unit: str | None) -> None:
+    found, found_unit = guess(header)
+    assert (found, found_unit.symbol if found_unit else None) == (quantity, unit)
