@@ -1,0 +1,80 @@
+"""Gradings: how a soil's mass is shared among grain sizes."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Grading:
+    """A grading curve: diameters `sizes` (K,) in metres and the percentage of mass `passing` (K,) each, both increasing.
+
+    What passes the smallest size is left out; the rest is scaled to the whole. Between two sizes the curve is a straight line.
+    """
+
+    sizes: NDArray[np.float64]
+    passing: NDArray[np.float64]
+    name: str = "grading"
+
+    def __post_init__(self) -> None:
+        sizes = np.array(self.sizes, dtype=np.float64)
+        passing = np.array(self.passing, dtype=np.float64)
+        if sizes.ndim != 1 or sizes.shape != passing.shape or len(sizes) < 2:
+            raise InputError(f"{self.name}: a grading needs at least two sizes, each with its percentage passing.")
+        if not (np.all(np.isfinite(sizes)) and np.all(sizes > 0) and np.all(np.diff(sizes) > 0)):
+            raise InputError(f"{self.name}: sizes must be positive and increase from row to row.")
+        if not (np.all(np.diff(passing) >= 0) and passing[0] >= 0 and passing[-1] > passing[0] and abs(passing[-1] - 100) < 1e-9):
+            raise InputError(f"{self.name}: percentages passing must increase from row to row and end at 100.")
+        object.__setattr__(self, "sizes", sizes)
+        object.__setattr__(self, "passing", passing)
+
+    @classmethod
+    def named(cls, name: str | Path) -> Grading:
+        """A grading known by its name ("toyoura"), or read from a file with the columns `size [mm],passing [%]`."""
+        return _KNOWN[str(name)] if str(name) in _KNOWN else cls.read(name)
+
+    @classmethod
+    def read(cls, path: str | Path) -> Grading:
+        path = Path(path)
+        wanted = ["size [mm]", "passing [%]"]
+        try:
+            with path.open(newline="", encoding="utf-8-sig") as file:
+                rows = [[cell.strip() for cell in row] for row in csv.reader(file) if any(row) and not row[0].startswith("#")]
+        except (OSError, UnicodeDecodeError):
+            raise InputError(f"{path}: a grading is '{', '.join(_KNOWN)}' or a readable CSV file with the columns {', '.join(wanted)}.") from None
+        if not rows or rows[0] != wanted:
+            raise InputError(f"{path}: the header must be '{','.join(wanted)}'.")
+        try:
+            table = np.array([[float(cell) for cell in row] for row in rows[1:]]).reshape(-1, 2)
+        except ValueError:
+            raise InputError(f"{path}: every row below the header must hold two numbers, a size and a percentage.") from None
+        return cls(table[:, 0] * 1e-3, table[:, 1], name=str(path))
+
+    def diameters(self, count: int, generator: np.random.Generator) -> NDArray[np.float64]:
+        """`count` diameters in metres, in random order. One from each of as many equal shares of the number curve, so that few grains follow the
+        grading closely."""
+        share = np.diff(self.passing) / (self.passing[-1] - self.passing[0])
+        lower, upper = self.sizes[:-1], self.sizes[1:]
+        # Mass even over diameter between two sizes: number density falls with the cube, its integral with the square.
+        number = share / (upper - lower) * 0.5 * (lower**-2 - upper**-2)
+        cumulative = np.concatenate([[0.0], np.cumsum(number)]) / number.sum()
+        quantile = (np.arange(count) + generator.random(count)) / count
+        bin_index = np.clip(np.searchsorted(cumulative, quantile, side="right") - 1, 0, len(lower) - 1)
+        within = (quantile - cumulative[bin_index]) / (cumulative[bin_index + 1] - cumulative[bin_index])
+        a, b = lower[bin_index] ** -2, upper[bin_index] ** -2
+        return generator.permutation((a - within * (a - b)) ** -0.5)
+
+
+_KNOWN = {
+    # Toyoura sand, Hartmann, Cheng, Thornton (2022), enlarged as their packing of 1000 particles is: only ratios of sizes matter to the contact law.
+    "toyoura": Grading(
+        np.array([5.75, 6.85, 8.16, 9.69, 11.50, 13.69, 16.26]) / 1.685 * 1e-3, np.array([1.3, 2.1, 5.8, 17.4, 81.1, 92.7, 100.0]), name="toyoura"
+    ),
+}

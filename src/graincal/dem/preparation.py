@@ -1,0 +1,178 @@
+"""Packings prepared to a void ratio, after Hartmann, Cheng, Thornton (2022), section 2.1.1: a cloud is compacted with stiff grains, friction is lowered
+until the void ratio is the one asked for, and the packing is unloaded."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal import _native
+from graincal.data import InputError
+from graincal.dem.grading import Grading
+from graincal.dem.packing import Packing
+
+PROTOCOL = 1
+"""Goes up when the same request would give another packing: what was cached before is then prepared anew."""
+
+COMPACTION_PRESSURE = 1e5
+RELEASED_PRESSURE = 1e2
+CLOUD_MODULUS = 1e8
+"""Soft grains gather a cloud with long time steps; they are stiffened before friction is lowered."""
+MODULUS = 1e9
+STIFFNESS_RATIO = 0.2
+DENSITY = 2650.0e3
+DAMPING = 0.5
+CLOUD_SOLID_FRACTION = 0.25
+VOID_RATIO_TOLERANCE = 5e-4
+LOOSEST_FRICTION_ANGLE = 45.0
+RELEASE_RATE = 1e-3
+"""Slow enough that the cell's own inertia does not carry it past the point where the grains part, 1/s."""
+
+_CHUNK = 200
+_MAX_CHUNKS = 1000
+_MAX_TRIALS = 60
+
+
+def prepare(particles: int, void_ratio: float, grading: str | Path | Grading = "toyoura", seed: int = 1) -> Packing:
+    """A packing of `particles` spheres at `void_ratio`, in a periodic cell of about 1 : 1 : 2, nearly free of stress.
+
+    Deterministic in `seed`, and cached in the user's cache folder ($GRAINCAL_CACHE, or graincal/packings in $XDG_CACHE_HOME or ~/.cache). Raises
+    InputError for a void ratio that the grading cannot reach, with the range that it can.
+    """
+    if particles < 100:
+        raise InputError(f"particles must be at least 100, not {particles}: a smaller cell is too narrow for its largest grains.")
+    if not (np.isfinite(void_ratio) and void_ratio > 0):
+        raise InputError(f"void_ratio must be a positive number, not {void_ratio}.")
+    grading = grading if isinstance(grading, Grading) else Grading.named(grading)
+    cached = _cache_folder() / f"{_fingerprint(particles, void_ratio, grading, seed)}.csv"
+    if cached.exists():
+        return Packing.read(cached)
+    packing = _prepare(particles, void_ratio, grading, seed)
+    _write_whole(packing, cached, f"periodic packing prepared by graincal: grading {grading.name}, void ratio {void_ratio:g}, seed {seed}, metres")
+    # What is written is what everybody else will read.
+    return Packing.read(cached)
+
+
+def _prepare(particles: int, void_ratio: float, grading: Grading, seed: int) -> Packing:
+    generator = np.random.default_rng(seed)
+    radii = 0.5 * grading.diameters(particles, generator)
+    positions, edges = _cloud(radii, generator)
+    simulation = _native.Simulation(positions, radii, edges, _law(LOOSEST_FRICTION_ANGLE, CLOUD_MODULUS), DENSITY)
+    # Until the first contact nothing tells the engine how fast it may go: an eighth of a period of the smallest grain between stiff ones.
+    simulation.set_time_step(0.5 * radii.min() * np.sqrt(DENSITY / CLOUD_MODULUS))
+    _compress(simulation)
+    simulation.set_law(_law(LOOSEST_FRICTION_ANGLE))
+    _compress(simulation)
+    packed = _lower_friction(simulation, void_ratio, grading)
+    _release(packed)
+    packing = Packing(packed.positions, packed.radii, packed.edges, name=f"packing of {grading.name}")
+    if abs(packing.void_ratio - void_ratio) > 4 * VOID_RATIO_TOLERANCE:
+        raise RuntimeError(f"the packing opened from a void ratio of {packed.void_ratio:.4f} to {packing.void_ratio:.4f} as it was unloaded")
+    return packing
+
+
+def _lower_friction(loose: _native.Simulation, void_ratio: float, grading: Grading) -> _native.Simulation:
+    """Search for the friction angle that packs to the void ratio. Each trial starts from the densest state that is still too loose, so that friction
+    only ever falls."""
+    loosest = loose.void_ratio
+    densest = _with_friction(loose, 0.0).void_ratio
+    if not densest - VOID_RATIO_TOLERANCE <= void_ratio <= loosest + VOID_RATIO_TOLERANCE:
+        raise InputError(f"void_ratio: {void_ratio:g} is out of reach for grading {grading.name}, which packs to between {densest:.3f} and {loosest:.3f}.")
+    high, low = LOOSEST_FRICTION_ANGLE, 0.0
+    for _ in range(_MAX_TRIALS):
+        if abs(loose.void_ratio - void_ratio) <= VOID_RATIO_TOLERANCE:
+            return loose
+        angle = 0.5 * (high + low)
+        trial = _with_friction(loose, angle)
+        if trial.void_ratio >= void_ratio - VOID_RATIO_TOLERANCE:
+            loose, high = trial, angle
+            # From a denser start an angle that went too far before need not do so again.
+            low *= 0.9
+        else:
+            low = angle
+    raise RuntimeError(f"no packing within {VOID_RATIO_TOLERANCE:g} of a void ratio of {void_ratio:g} was met in {_MAX_TRIALS} trials of friction")
+
+
+def _with_friction(start: _native.Simulation, angle: float) -> _native.Simulation:
+    """A copy of the state, compressed anew under another friction angle in degrees."""
+    simulation = start.copy()
+    simulation.set_law(_law(angle))
+    _compress(simulation)
+    return simulation
+
+
+def _compress(simulation: _native.Simulation) -> None:
+    """Drive all axes to the compaction pressure until it is held, forces balance and the kinetic energy is below a thousandth of the elastic."""
+    simulation.set_goals([_native.AxisGoal(stress=True, target=COMPACTION_PRESSURE, largest_rate=1.0)] * 3)
+    simulation.run(_CHUNK, DAMPING)
+    still = np.zeros((len(simulation.radii), 3))
+    for _ in range(_MAX_CHUNKS):
+        simulation.run(_CHUNK, DAMPING)
+        held = np.all(np.abs(simulation.stress_diagonal / COMPACTION_PRESSURE - 1) < 1e-2)
+        if held and simulation.unbalanced_force < 1e-2:
+            if simulation.kinetic_energy < 1e-3 * simulation.elastic_energy:
+                return
+            # What moves still are grains that touch nothing, and no force would ever damp them.
+            simulation.set_velocities(still)
+            simulation.set_spins(still)
+    raise RuntimeError(f"the packing did not come to rest within {_CHUNK * _MAX_CHUNKS} steps")
+
+
+def _release(simulation: _native.Simulation) -> None:
+    """Open the cell slowly until the pressure is all but gone. Whoever loads the packing starts from its positions alone, at rest."""
+    simulation.restart_strain()
+    simulation.set_goals([_native.AxisGoal(stress=False, target=-0.1, largest_rate=RELEASE_RATE)] * 3)
+    for _ in range(_CHUNK * _MAX_CHUNKS):
+        simulation.run(5, DAMPING)
+        if simulation.stress_diagonal.mean() < RELEASED_PRESSURE:
+            return
+    raise RuntimeError(f"the packing did not let go of its pressure within {5 * _CHUNK * _MAX_CHUNKS} steps")
+
+
+def _law(friction_angle: float, modulus: float = MODULUS) -> _native.LinearLaw:
+    return _native.LinearLaw(modulus, STIFFNESS_RATIO, float(np.tan(np.radians(friction_angle))), 0.0, 0.0)
+
+
+def _cloud(radii: NDArray[np.float64], generator: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Spheres thrown at random into a periodic cell of 1 : 1 : 2 without touching, the largest first: positions (N, 3) and edges (3, 3)."""
+    volume = 4 / 3 * np.pi * np.sum(radii**3) / CLOUD_SOLID_FRACTION
+    side = (volume / 2) ** (1 / 3)
+    lengths = np.array([side, side, 2 * side])
+    positions = np.empty((len(radii), 3))
+    placed = np.zeros(len(radii), dtype=bool)
+    for grain in np.argsort(-radii, kind="stable"):
+        while True:
+            centre = generator.random(3) * lengths
+            apart = positions[placed] - centre
+            apart -= lengths * np.round(apart / lengths)
+            if np.all(np.sum(apart**2, axis=1) > (radii[placed] + radii[grain]) ** 2):
+                break
+        positions[grain] = centre
+        placed[grain] = True
+    return positions, np.diag(lengths)
+
+
+def _cache_folder() -> Path:
+    if chosen := os.environ.get("GRAINCAL_CACHE"):
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "graincal" / "packings"
+
+
+def _fingerprint(particles: int, void_ratio: float, grading: Grading, seed: int) -> str:
+    request = json.dumps([PROTOCOL, particles, void_ratio, grading.sizes.tolist(), grading.passing.tolist(), seed])
+    return hashlib.sha256(request.encode()).hexdigest()[:24]
+
+
+def _write_whole(packing: Packing, path: Path, comment: str) -> None:
+    """Write beside the place, then move: nobody ever reads half a packing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, beside = tempfile.mkstemp(dir=path.parent, suffix=".csv")
+    os.close(handle)
+    packing.write(beside, comment)
+    os.replace(beside, path)
