@@ -1,0 +1,208 @@
+"""The drained triaxial test of `graincal simulate triaxial`, run by YADE: an independent engine to compare curves with.
+
+    yade -n -x benchmarks/yade_triaxial.py -- --packing packing.csv --confining-pressure 0.5e6
+         -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 [--density-scaling 1e3] -o curve.csv
+
+(on one line). The protocol is that of Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest
+every --increment of axial strain with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
+them holds the parameters and YADE's version. Checked with YADE 2023.02a, Debian's package `yade`.
+"""
+
+import argparse
+import json
+import math
+import sys
+import time
+
+import numpy as np
+from yade import *  # the simulation O, its engines and materials
+from yade import config
+
+PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
+DENSITY = 2650.0  # kg/m^3, before scaling
+ISOTROPIC_RATE, AXIAL_RATE = 1.0, 0.1  # 1/s
+LOADING_DAMPING, RELAXING_DAMPING = 0.2, 0.9
+TOLERANCE = 1e-3  # of stresses against their targets, and the largest unbalanced force
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(prog="yade -n -x yade_triaxial.py --", description=__doc__.splitlines()[0])
+    parser.add_argument("--packing", required=True, help="CSV: a comment line '# ... cell lengths: Lx Ly Lz', then x,y,z,radius in metres")
+    parser.add_argument("--confining-pressure", type=float, required=True, help="Pa")
+    parser.add_argument("-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help=f"each of {', '.join(PARAMETERS)}")
+    parser.add_argument("--axial-strain", type=float, default=0.20, help="the last one, logarithmic, as a fraction")
+    parser.add_argument("--increment", type=float, default=0.004, help="of axial strain from state to state")
+    parser.add_argument("--density-scaling", type=float, default=1e3)
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args(sys.argv[1:])
+    given = dict(item.split("=", 1) for item in arguments.parameters)
+    if sorted(given) != sorted(PARAMETERS):
+        parser.error(f"-p is needed once for each of {', '.join(PARAMETERS)}")
+    arguments.theta = {name: float(given[name]) for name in PARAMETERS}
+    return arguments
+
+
+def load_packing(path):
+    """Positions (N, 3), radii (N,) and cell lengths (3,), in metres."""
+    with open(path) as file:
+        lengths = [float(text) for text in file.readline().split("cell lengths:")[1].split()]
+        table = np.loadtxt(file, delimiter=",", skiprows=1)
+    return table[:, :3], table[:, 3], lengths
+
+
+def build(arguments):
+    """The simulation of the packing under the contact law of the paper's Table 1, started at rest and without history."""
+    positions, radii, lengths = load_packing(arguments.packing)
+    theta = arguments.theta
+    O.periodic = True
+    O.cell.setBox(*lengths)
+    material = CohFrictMat(
+        density=DENSITY * arguments.density_scaling,
+        young=10 ** theta["log_E"],
+        poisson=theta["nu"],
+        frictionAngle=math.radians(theta["phi"]),
+        isCohesive=False,
+        momentRotationLaw=True,
+        alphaKr=theta["beta_m"],
+        alphaKtw=theta["beta_m"],
+        etaRoll=theta["eta_m"],
+        etaTwist=theta["eta_m"],
+    )
+    O.materials.append(material)
+    O.bodies.append([utils.sphere(tuple(position), radius) for position, radius in zip(positions.tolist(), radii.tolist())])
+    O.dt = 1e-8
+    O.engines = [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb()]),
+        InteractionLoop(
+            [Ig2_Sphere_Sphere_ScGeom6D()],
+            [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()],
+            [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)],
+        ),
+        GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.8, timeStepUpdateInterval=1),
+        PeriTriaxController(
+            dynCell=True,
+            mass=sum(body.state.mass for body in O.bodies),
+            stressMask=0b111,
+            goal=[-arguments.confining_pressure] * 3,
+            maxStrainRate=[ISOTROPIC_RATE] * 3,
+            relStressTol=TOLERANCE,
+            maxUnbalanced=TOLERANCE,
+            globUpdate=1,
+            doneHook="at_rest()",
+            label="servo",
+        ),
+        NewtonIntegrator(damping=LOADING_DAMPING, label="motion"),
+    ]
+    return 4 / 3 * math.pi * float(np.sum(radii**3))
+
+
+def deviator(tensor):
+    return tensor - np.trace(tensor) / 3 * np.eye(3)
+
+
+def signed_anisotropy(tensor, stress):
+    return float(np.sign(np.sum(tensor * deviator(stress))) * np.sqrt(1.5 * np.sum(tensor * tensor)))
+
+
+def measure(solid_volume):
+    """The present state; stress and strain positive in compression, fabric by Eq. 8-11 of the paper."""
+    contacts = [
+        (i.id1, i.id2, *i.geom.normal, *i.phys.normalForce, *i.phys.shearForce, i.geom.refR1 + i.geom.refR2 - i.geom.penetrationDepth)
+        for i in O.interactions
+        if i.isReal
+    ]
+    table = np.array(contacts)
+    ids, normal, shear, distance = table[:, :2].astype(int), table[:, 2:5], table[:, 8:11], table[:, 11]
+    normal_force = np.sum(table[:, 5:8] * normal, axis=1)
+    stress = np.einsum("ca,cb,c->ab", table[:, 5:8] + shear, normal, distance) / O.cell.volume
+
+    touching = np.bincount(ids.ravel(), minlength=len(O.bodies))
+    rattlers, singly_held = np.sum(touching == 0), np.sum(touching == 1)
+    a_c = 7.5 * deviator(np.einsum("ca,cb->ab", normal, normal) / len(table))
+    density = 1 + np.einsum("ca,ab,cb->c", normal, a_c, normal)
+    normal_fabric = np.einsum("c,ca,cb->ab", normal_force / density, normal, normal) / len(table)
+    tangential_fabric = np.einsum("c,ca,cb->ab", 1 / density, shear, normal) / len(table)
+    mean = np.trace(normal_fabric)
+
+    strain = -np.array(servo.strain)
+    lateral = 0.5 * (stress[0, 0] + stress[1, 1])
+    return {
+        "axial_strain": strain[2] + 0.0,
+        "volumetric_strain": np.sum(strain) + 0.0,
+        "stress_ratio": stress[2, 2] / lateral,
+        "void_ratio": O.cell.volume / solid_volume - 1,
+        "mean_stress": np.trace(stress) / 3,
+        "deviatoric_stress": stress[2, 2] - lateral,
+        "coordination_number": (2 * len(table) - singly_held) / (len(touching) - rattlers - singly_held),
+        "a_c": signed_anisotropy(a_c, stress),
+        "a_n": signed_anisotropy(7.5 * deviator(normal_fabric) / mean, stress),
+        "a_t": signed_anisotropy(5 * deviator(tangential_fabric) / mean, stress),
+        "unbalanced_force": servo.currUnbalanced,
+        "steps": O.iter,
+        "flagged": 0,  # states are waited for without limit
+    }
+
+
+class Protocol:
+    """What follows each time the servo finds targets, stresses and unbalanced force met: YADE calls `at_rest` then."""
+
+    def __init__(self, confining_pressure, strains, solid_volume):
+        self.confining_pressure, self.strains, self.solid_volume = confining_pressure, strains, solid_volume
+        self.compressed = self.relaxing = False
+        self.states = []
+
+    def load_to(self, strain):
+        servo.goal = [-self.confining_pressure, -self.confining_pressure, -strain]
+        motion.damping = LOADING_DAMPING
+        self.relaxing = False
+
+    def start_shearing(self):
+        O.cell.trsf = Matrix3.Identity
+        O.cell.velGrad = Matrix3.Zero
+        servo.strainRate = (0, 0, 0)
+        servo.stressMask = 0b011
+        servo.maxStrainRate = [ISOTROPIC_RATE, ISOTROPIC_RATE, AXIAL_RATE]
+        self.compressed = True
+        self.load_to(self.strains[0])
+
+    def at_rest(self):
+        if not self.compressed:
+            O.pause()
+        elif not self.relaxing:
+            motion.damping = RELAXING_DAMPING
+            self.relaxing = True
+        else:
+            self.states.append(measure(self.solid_volume))
+            if len(self.states) == len(self.strains):
+                O.pause()
+            else:
+                self.load_to(self.strains[len(self.states)])
+
+
+def write_curve(arguments, states, seconds):
+    about = {
+        "program": f"YADE {config.version}",
+        "packing": arguments.packing.rpartition("/")[2],
+        "confining_pressure": arguments.confining_pressure,
+        **arguments.theta,
+        "density_scaling": arguments.density_scaling,
+        "seconds": round(seconds, 1),
+    }
+    with open(arguments.output, "w") as file:
+        print("#", json.dumps(about), file=file)
+        print(",".join(states[0]), file=file)
+        for state in states:
+            print(",".join(f"{value:.10g}" for value in state.values()), file=file)
+
+
+arguments = parse_arguments()
+solid_volume = build(arguments)
+count = round(arguments.axial_strain / arguments.increment) + 1
+protocol = Protocol(arguments.confining_pressure, [k * arguments.increment for k in range(count)], solid_volume)
+at_rest = protocol.at_rest
+start = time.time()
+O.run(wait=True)
+protocol.start_shearing()
+O.run(wait=True)
+write_curve(arguments, protocol.states, time.time() - start)
