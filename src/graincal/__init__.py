@@ -1,11 +1,44 @@
 """graincal: Bayesian calibration of Discrete Element Method models against laboratory tests."""
 
+from importlib import import_module
 from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 from graincal.data import Failure, InputError, ParameterSpace, Reference, Response, Samples
 from graincal.dem.packing import Packing
-from graincal.models import TriaxialTest
+from graincal.models import PythonModel, TriaxialTest
+
+if TYPE_CHECKING:
+    from graincal.campaign import Experiment, FolderError, Result, calibrate, resume
+    from graincal.inference import IterativeBayesianFilter, Posterior, SequentialMonteCarloFilter, Stop
 
 __version__ = version("graincal")
 
-__all__ = ["Failure", "InputError", "Packing", "ParameterSpace", "Reference", "Response", "Samples", "TriaxialTest"]
+__all__ = [
+    "Experiment",
+    "Failure",
+    "FolderError",
+    "InputError",
+    "IterativeBayesianFilter",
+    "Packing",
+    "ParameterSpace",
+    "Posterior",
+    "PythonModel",
+    "Reference",
+    "Response",
+    "Result",
+    "Samples",
+    "SequentialMonteCarloFilter",
+    "Stop",
+    "TriaxialTest",
+    "calibrate",
+    "resume",
+]
+
+
+def __getattr__(name: str):
+    # Statistics take a second to import, which worker processes and most commands need not wait for.
+    for module in ("graincal.inference", "graincal.campaign") if name in __all__ else ():
+        if hasattr(found := import_module(module), name):
+            return getattr(found, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,7 @@
+"""Where evaluations run: on any `concurrent.futures.Executor`, or on worker processes of graincal's own."""
+
+from graincal.execution.cores import available_cores
+from graincal.execution.executor import evaluate_each
+from graincal.execution.processes import WorkerProcesses
+
+__all__ = ["WorkerProcesses", "available_cores", "evaluate_each"]

@@ -1,0 +1,119 @@
+"""Anybody's own model: a Python function."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graincal.data import Failure, InputError, Response, Samples
+from graincal.execution import WorkerProcesses, available_cores, evaluate_each
+from graincal.models.interpolation import covers, span
+from graincal.models.named_function import describe_exception, find_function
+
+Function = Callable[[NDArray[np.float64]], Mapping[str, ArrayLike]]
+
+
+@dataclass(eq=False)
+class PythonModel:
+    """A function of theta (n,), in the order of the parameter space, that returns a mapping of names to (T,): observables and any further quantities.
+
+    function: the function itself, or its name as "module:name".
+    control: the control values (K,) that the returned values belong to, increasing; by default the reference's own, and then K = T.
+    executor: any `concurrent.futures.Executor` to evaluate on. By default a function runs on threads, where every function can, and which suits
+    one that waits for another program or computes in NumPy; a function given by its name runs in processes, each of which imports it.
+    folder: where the module of a named function is looked for before the usual places.
+
+    An exception in the function, or values that are not finite numbers or not as many as the control's, make that evaluation a Failure.
+    """
+
+    function: Function | str
+    control: NDArray[np.float64] | None = None
+    executor: Executor | None = None
+    folder: Path | None = None
+    _processes: WorkerProcesses | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not (callable(self.function) or isinstance(self.function, str)):
+            raise InputError(f'a Python model needs a function, or its name as "module:name", not {self.function!r}.')
+        if self.control is not None:
+            self.control = np.asarray(self.control, dtype=np.float64)
+            if self.control.ndim != 1 or not self.control.size or not np.all(np.isfinite(self.control)) or not np.all(np.diff(self.control) > 0):
+                raise InputError("the control values of a Python model must be finite numbers that increase.")
+
+    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+        """Evaluate each sample and yield (row, Response or Failure) in order of completion.
+
+        at (T,): the control values that are asked for; a model with its own `control` answers on that. workers: threads or processes, all cores by
+        default. Raises InputError where the model's control does not cover what is asked for, or where a named function cannot be found.
+        """
+        at = np.asarray(at, dtype=np.float64)
+        if self.control is not None and not covers(self.control, at):
+            raise InputError(f"the model covers the control values {span(self.control)}, and {span(at)} are asked for.")
+        if isinstance(self.function, str):
+            find_function(self.function, self.folder)
+        call = _Evaluation(self.function, self.folder, at if self.control is None else self.control)
+        tasks = [np.array(theta) for theta in samples.theta]
+        if tasks:
+            yield from self._run(call, tasks, workers or available_cores())
+
+    def _run(self, call: _Evaluation, tasks: list[NDArray[np.float64]], workers: int) -> Iterator[tuple[int, Response | Failure]]:
+        if self.executor is not None:
+            yield from evaluate_each(call, tasks, self.executor)
+        elif isinstance(self.function, str):
+            if self._processes is None or self._processes.count != workers:
+                self._processes = WorkerProcesses(workers)
+            yield from self._processes.evaluate_each(call, tasks)
+        else:
+            threads = ThreadPoolExecutor(workers)
+            try:
+                yield from evaluate_each(call, tasks, threads)
+            finally:
+                threads.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluation:
+    """One evaluation, wherever it runs: it can be sent to another process if its function can."""
+
+    function: Function | str
+    folder: Path | None
+    control: NDArray[np.float64]
+
+    def __call__(self, theta: NDArray[np.float64]) -> Response | Failure:
+        function = find_function(self.function, self.folder) if isinstance(self.function, str) else self.function
+        start = time.perf_counter()
+        try:
+            returned = function(theta)
+        except (Exception, SystemExit) as error:
+            return Failure("error", f"{describe_exception(error)}.", {"seconds": time.perf_counter() - start})
+        details = {"seconds": time.perf_counter() - start}
+        try:
+            return Response(self.control, self._columns(returned), details)
+        except _Unusable as reason:
+            return Failure("output", str(reason), details)
+
+    def _columns(self, returned: object) -> dict[str, NDArray[np.float64]]:
+        if not isinstance(returned, Mapping) or not returned:
+            raise _Unusable(f"the function must return a mapping of names to values, and returned {type(returned).__name__}.")
+        columns = {}
+        for name, values in returned.items():
+            try:
+                column = np.array(values, dtype=np.float64)
+            except (TypeError, ValueError):
+                raise _Unusable(f"{name} is not an array of numbers.") from None
+            if column.shape != self.control.shape:
+                raise _Unusable(f"{name} has the shape {column.shape}, and one value for each of the {self.control.size} control values was expected.")
+            if not np.all(np.isfinite(column)):
+                raise _Unusable(f"{name} is not finite at the control value {self.control[np.argmin(np.isfinite(column))]:g}.")
+            columns[str(name)] = column
+        return columns
+
+
+class _Unusable(ValueError):
+    """What a function returned is no response. The message says why."""

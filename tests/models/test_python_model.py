@@ -1,0 +1,139 @@
+"""A function as a model: what it returns is compared or refused, wherever it runs."""
+
+import os
+import re
+import textwrap
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from graincal import Failure, InputError, PythonModel, Response, Samples
+
+AT = np.array([0.0, 0.1, 0.2])
+
+
+def samples(*thetas):
+    theta = np.array(thetas, dtype=float).reshape(-1, 1)
+    return Samples(np.arange(len(theta)), theta, ("a",))
+
+
+def outcomes(model, *thetas, workers=2):
+    found = dict(model.evaluate(samples(*thetas), at=AT, workers=workers))
+    return [found[row] for row in range(len(thetas))]
+
+
+def test_a_closure_is_evaluated_on_the_reference_s_control():
+    slope = 3.0
+    model = PythonModel(lambda theta: {"stress_ratio": 1 + slope * theta[0] * AT})
+    first, second = outcomes(model, 1.0, 2.0)
+    np.testing.assert_array_equal(first.control, AT)
+    np.testing.assert_allclose(second.values["stress_ratio"], [1.0, 1.6, 2.2])
+    assert second.details["seconds"] >= 0
+
+
+def test_results_come_in_order_of_completion():
+    second_is_done = threading.Event()
+
+    def waits(theta):
+        if theta[0] == 0:
+            second_is_done.wait(10)
+        else:
+            second_is_done.set()
+        return {"y": AT}
+
+    rows = [row for row, _ in PythonModel(waits).evaluate(samples(0.0, 1.0), at=AT, workers=2)]
+    assert rows == [1, 0]
+
+
+@pytest.mark.parametrize(
+    ("returned", "kind", "said"),
+    [
+        (lambda: {"y": [1.0, np.nan, 2.0]}, "output", "y is not finite at the control value 0.1"),
+        (lambda: {"y": [1.0, 2.0]}, "output", r"y has the shape \(2,\), and one value for each of the 3 control values"),
+        (lambda: {"y": "steep"}, "output", "y is not an array of numbers"),
+        (lambda: [1.0, 2.0, 3.0], "output", "must return a mapping"),
+        (lambda: 1 / 0, "error", r"ZeroDivisionError: division by zero \(test_python_model.py, line \d+\)"),
+        (lambda: os.sys.exit(3), "error", "SystemExit: 3"),
+    ],
+)
+def test_what_cannot_be_compared_is_a_failure_with_its_reason(returned, kind, said):
+    (failure,) = outcomes(PythonModel(lambda theta: returned()), 1.0)
+    assert isinstance(failure, Failure) and failure.kind == kind
+    assert re.search(said, failure.reason)
+
+
+def test_a_failure_leaves_its_neighbours_alone():
+    def sometimes(theta):
+        if theta[0] > 1:
+            raise ValueError("beyond one")
+        return {"y": theta[0] * AT}
+
+    found = outcomes(PythonModel(sometimes), 0.5, 1.5, 1.0)
+    assert [type(outcome) for outcome in found] == [Response, Failure, Response]
+
+
+def test_a_control_of_its_own_must_cover_what_is_asked_for():
+    model = PythonModel(lambda theta: {"y": np.zeros(2)}, control=[0.0, 0.1])
+    with pytest.raises(InputError, match="covers the control values 0 to 0.1, and 0 to 0.2 are asked for"):
+        outcomes(model, 1.0)
+    with pytest.raises(InputError, match="increase"):
+        PythonModel(lambda theta: {}, control=[0.1, 0.0])
+
+
+def test_an_executor_that_is_handed_over_is_used_and_left_open():
+    with ThreadPoolExecutor(1, thread_name_prefix="mine") as executor:
+        model = PythonModel(lambda theta: {"y": AT * (threading.current_thread().name.startswith("mine"))}, executor=executor)
+        assert outcomes(model, 1.0)[0].values["y"][-1] == 0.2
+        assert executor.submit(int).result() == 0
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch, request):
+    """A module of one's own, under a name that no other test uses."""
+
+    def write(text):
+        name = "own_" + re.sub(r"\W", "_", request.node.name)
+        (tmp_path / f"{name}.py").write_text(textwrap.dedent(text))
+        return name
+
+    monkeypatch.setattr(os.sys, "path", list(os.sys.path))
+    return write
+
+
+def test_a_named_function_runs_in_processes_and_survives_a_crash(module, tmp_path):
+    name = module(
+        """
+        import os
+        def f(theta):
+            if theta[0] == 2:
+                os._exit(9)
+            return {"y": [theta[0], os.getpid(), 0]}
+        """
+    )
+    model = PythonModel(f"{name}:f", folder=tmp_path)
+    found = outcomes(model, 1.0, 2.0, 3.0, 4.0)
+    assert [outcome.values["y"][0] if isinstance(outcome, Response) else outcome.kind for outcome in found] == [1, "crashed", 3, 4]
+    assert os.getpid() not in {outcome.values["y"][1] for outcome in found if isinstance(outcome, Response)}
+
+
+@pytest.mark.parametrize(
+    ("function", "text", "said"),
+    [
+        ("{name}", "", 'must be named as "module:name"'),
+        ("no_such_module_anywhere:f", "", "there is no module no_such_module_anywhere"),
+        ("{name}:g", "def f(theta): pass", "has no function g"),
+        ("{name}:f", "import no_such_dependency", r"importing own_\S+ failed \(ModuleNotFoundError: No module named 'no_such_dependency'"),
+        ("{name}:f", "1 / 0", r"failed \(ZeroDivisionError: division by zero \(own_\S+.py, line 1\)\)"),
+        ("calendar:f", "", "another module named calendar is loaded already"),
+    ],
+)
+def test_a_function_that_cannot_be_found_is_said_at_once(module, tmp_path, function, text, said):
+    import calendar  # noqa: F401  loaded before its namesake
+
+    name = module(text)
+    (tmp_path / "calendar.py").write_text("def f(theta): pass")
+    model = PythonModel(function.format(name=name), folder=tmp_path)
+    with pytest.raises(InputError, match=said):
+        next(model.evaluate(samples(), at=AT), None)
