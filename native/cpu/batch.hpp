@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "owned_simulation.hpp"
+#include "targets.hpp"
 
 namespace graincal {
 
@@ -34,7 +35,8 @@ class Batch {
   public:
     // `make(i)` builds the i-th task on the thread that will run it, so that only simulations under way take memory.
     // `order` lists the tasks in the order in which they start.
-    template <class Make> Batch(Make make, std::vector<Index> order, unsigned threads) : order_(std::move(order)) {
+    template <class Make>
+    Batch(Make make, std::vector<Index> order, unsigned threads, const Target& target) : order_(std::move(order)), target_(target) {
         for (unsigned t = 0; t < threads; ++t)
             threads_.emplace_back([this, make] {
                 for (std::size_t k; (k = next_++) < order_.size();) deliver(run(order_[k], make(order_[k])));
@@ -72,8 +74,8 @@ class Batch {
                 status = Status::out_of_steps;
             else
                 status = task.simulation.advance([&] {
-                    return follow(SerialTeam{}, state, task.stages.data(), static_cast<Index>(task.stages.size()), progress, task.rest, records.data(),
-                                  steps_between_looks);
+                    return static_cast<Status>(target_.follow({&state, task.stages.data(), static_cast<Index>(task.stages.size()), &progress, &task.rest,
+                                                               records.data(), steps_between_looks}));
                 });
         }
         records.resize(progress.records);
@@ -90,6 +92,7 @@ class Batch {
     }
 
     std::vector<Index> order_;
+    const Target& target_;
     std::atomic<std::size_t> next_{0};
     std::atomic<bool> cancelled_{false};
     std::mutex mutex_;

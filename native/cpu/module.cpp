@@ -191,6 +191,14 @@ nb::dict columns_of(const std::vector<Record<double>>& records) {
     return result;
 }
 
+// The target of that name, or the best for none.
+const Target& target_named(const std::string& name) {
+    if (name.empty()) return best_target();
+    for (const Target* target = targets; target->name; ++target)
+        if (name == target->name && target->runs_here()) return *target;
+    throw std::invalid_argument("no instruction set " + name + " on this machine");
+}
+
 nb::object next_outcome(Batch& batch, double patience) {
     std::optional<Outcome> outcome;
     {
@@ -216,7 +224,11 @@ NB_MODULE(_native, module) {
     module.doc() = "graincal's native Discrete Element Method engine";
     module.attr("commit") = GRAINCAL_COMMIT;
     module.attr("compiler") = GRAINCAL_COMPILER;
-    module.attr("instruction_set") = GRAINCAL_INSTRUCTION_SET;
+    module.attr("instruction_set") = best_target().name;
+    nb::list runnable;
+    for (const Target* target = targets; target->name; ++target)
+        if (target->runs_here()) runnable.append(target->name);
+    module.attr("instruction_sets") = runnable;
 
     nb::class_<Law>(module, "LinearLaw", "Linear springs with sliding, rolling and twisting resistance.")
         .def("__init__",
@@ -252,6 +264,7 @@ NB_MODULE(_native, module) {
         .def("set_goals", [](Sim& s, const std::vector<AxisGoal<double>>& goals) {
             for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
         })
+        .def("set_time_step", [](Sim& s, double dt) { s.state().time_step = dt; }, "time_step"_a, "The step taken while nothing touches, s.")
         .def("set_time_step_root", [](Sim& s, double root) { s.state().time_stepper.root = root; })
         .def_rw("as_yade", &Sim::as_yade, "Move as YADE does, to the letter: for step by step comparison alone.")
         .def("restart_strain", [](Sim& s) { s.state().cell.initial_edges = s.state().cell.edges; })
@@ -313,14 +326,14 @@ NB_MODULE(_native, module) {
     nb::class_<Batch>(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.")
         .def("__init__",
              [](Batch* self, const HeldPacking& packing, const std::vector<Law>& laws, double density, const std::vector<Stage<double>>& stages,
-                const std::vector<Index>& order, unsigned threads, long long step_limit) {
+                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set) {
                  auto held = std::make_shared<const HeldPacking>(packing);
                  const auto make = [held, laws, density, stages, step_limit](Index k) {
                      return Task{Owned(*held, laws[k], density), stages, Rest<double>{}, step_limit};
                  };
-                 new (self) Batch(make, order, threads);
+                 new (self) Batch(make, order, threads, target_named(instruction_set));
              },
-             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a)
+             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "")
         .def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
         .def("cancel", &Batch::cancel);
 }

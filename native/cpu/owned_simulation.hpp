@@ -35,7 +35,9 @@ template <class Real, class Law> class OwnedSimulation {
         for (Index i = 0; i < n; ++i) {
             const double r = packing.radii[i];
             state.particles.radius[i] = r;
-            state.particles.mass[i] = density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
+            const double mass = density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
+            state.particles.inverse_mass[i] = 1 / mass;
+            state.particles.inverse_inertia[i] = 1 / (0.4 * mass * r * r);
             const double* x = &packing.positions[3 * i];
             state.particles.fractional.set(i, to_fractional * Vec3<Real>{x[0], x[1], x[2]});
             largest = std::max(largest, r);
@@ -102,7 +104,8 @@ template <class Real, class Law> class OwnedSimulation {
         copy_vectors(to.velocity, from.velocity, n);
         copy_vectors(to.spin, from.spin, n);
         copy(to.radius, from.radius, n);
-        copy(to.mass, from.mass, n);
+        copy(to.inverse_mass, from.inverse_mass, n);
+        copy(to.inverse_inertia, from.inverse_inertia, n);
 
         const auto &slots = state.neighbours.slots, &old = source.neighbours.slots;
         const Index pairs = old.row[n];

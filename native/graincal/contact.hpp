@@ -28,22 +28,27 @@ template <class Real> struct ContactStiffness {
     Real normal, shear, rolling;  // N/m, N/m, N m/rad
 };
 
+// Both are written without branches, so that a loop over pairs becomes vector code.
 template <class Real> Vec3<Real> capped(const Vec3<Real>& v, Real limit) {
     const Real squared = dot(v, v);
-    return squared > limit * limit ? (limit / square_root(squared)) * v : v;
+    const Real shrunk = limit / square_root(squared);
+    return (squared > limit * limit ? shrunk : Real(1)) * v;
+}
+template <class Real> Vec3<Real> either(bool condition, const Vec3<Real>& a, const Vec3<Real>& b) {
+    return {condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z};
 }
 
 // Carries the stored shear force and moments to the new normal, adds this step's increments and caps each.
 template <class Real>
-void advance_resistances(const TouchingPair<Real>& pair, const ContactStiffness<Real>& stiffness, Real normal_force, Real friction,
-                         Real rolling_strength, Real dt, ContactHistory<Real>& history) {
+ContactHistory<Real> advance_resistances(const TouchingPair<Real>& pair, const ContactStiffness<Real>& stiffness, Real normal_force, Real friction,
+                                         Real rolling_strength, Real dt, const ContactHistory<Real>& before) {
     const Vec3<Real>& n = pair.normal;
-    const bool existed = history.overlap >= Real(0);
-    const Vec3<Real> old_normal = existed ? history.normal : n;
+    const bool existed = before.overlap >= Real(0);
+    const Vec3<Real> old_normal = either(existed, before.normal, n);
     const Vec3<Real> turn = cross(old_normal, n);
     const Vec3<Real> spin_about_normal = (Real(0.5) * dt * dot(old_normal, pair.spin1 + pair.spin2)) * old_normal;
-    const auto carried = [&](Vec3<Real> v) {
-        if (!existed) return Vec3<Real>{};
+    const auto carried = [&](const Vec3<Real>& stored) {
+        Vec3<Real> v = either(existed, stored, {});
         v -= cross(v, turn);
         v -= cross(v, spin_about_normal);
         return v;
@@ -56,11 +61,9 @@ void advance_resistances(const TouchingPair<Real>& pair, const ContactStiffness<
     const Vec3<Real> twist = dot(relative_spin, n) * n;
 
     const Real moment_limit = rolling_strength * normal_force * minimum(pair.radius1, pair.radius2);
-    history.shear = capped(carried(history.shear) - (stiffness.shear * dt) * (slip - dot(slip, n) * n), friction * normal_force);
-    history.bending = capped(carried(history.bending) - (stiffness.rolling * dt) * (relative_spin - twist), moment_limit);
-    history.twisting = capped(carried(history.twisting) - (stiffness.rolling * dt) * twist, moment_limit);
-    history.normal = n;
-    history.overlap = pair.overlap;
+    return {pair.overlap, n, capped(carried(before.shear) - (stiffness.shear * dt) * (slip - dot(slip, n) * n), friction * normal_force),
+            capped(carried(before.bending) - (stiffness.rolling * dt) * (relative_spin - twist), moment_limit),
+            capped(carried(before.twisting) - (stiffness.rolling * dt) * twist, moment_limit)};
 }
 
 }  // namespace graincal

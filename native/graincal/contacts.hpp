@@ -38,12 +38,14 @@ template <class Real> struct PairSlots {
 template <class Real> struct PairForces {
     Vec3Array<Real> force;             // on the second particle; the first takes the opposite
     Vec3Array<Real> torque1, torque2;  // on the first and on the second
+    Vec3Array<Real> virial;            // the diagonal of force (x) branch
     Real *normal_stiffness, *shear_stiffness, *rolling_stiffness;
 
     void lay_out(Arena& arena, Index capacity) {
         force = arena.take_vectors<Real>(capacity);
         torque1 = arena.take_vectors<Real>(capacity);
         torque2 = arena.take_vectors<Real>(capacity);
+        virial = arena.take_vectors<Real>(capacity);
         normal_stiffness = arena.take<Real>(capacity);
         shear_stiffness = arena.take<Real>(capacity);
         rolling_stiffness = arena.take<Real>(capacity);

@@ -8,48 +8,42 @@
 
 namespace graincal {
 
-// What a force pass returns besides the slots: the diagonal of sum f (x) branch, N m. Divided by the volume it is the stress.
+// Brings every near pair's contact to the present positions and writes its forces to its slot. Pairs that do not touch are computed too and
+// given zeros: there are few of them, and without a branch the loop becomes vector code.
 template <class Team, class Real, class Law>
-Vec3<Real> pair_pass(const Team& team, const Law& law, const Cell<Real>& cell, const Particles<Real>& particles, const PairSlots<Real>& slots,
-                     const PairForces<Real>& out, Real dt) {
-    const Index pairs = slots.row[particles.count];
+void pair_pass(const Team& team, const Law& law, const Cell<Real>& cell, const Particles<Real>& particles, const PairSlots<Real>& slots,
+               const PairForces<Real>& out, Real dt) {
     // The latest motion took branch b to (1 + dt L) b + dt (u2 - u1): seen from its end, v2 - v1 = u2 - u1 + G (branch - dt (u2 - u1)).
     const Mat3<Real> gradient = cell.velocity_gradient * inverse(Mat3<Real>::identity() + dt * cell.velocity_gradient);
-    return team.sum(pairs, [&](Index slot) -> Vec3<Real> {
+    team.each(slots.row[particles.count], [=](Index slot) {
         const Index i = slots.first[slot], j = slots.second[slot];
         const Vec3<Real> branch = cell.branch(particles.fractional[i], particles.fractional[j]);
-        const Real radius1 = particles.radius[i], radius2 = particles.radius[j];
-        const Real squared = dot(branch, branch), contact_distance = radius1 + radius2;
-        if (squared > contact_distance * contact_distance) {
-            slots.overlap[slot] = Real(-1);
-            out.force.set(slot, {});
-            out.torque1.set(slot, {});
-            out.torque2.set(slot, {});
-            out.store_stiffness(slot, {});
-            return {};
-        }
-        const Real distance = square_root(squared);
         const Vec3<Real> fluctuation = particles.velocity[j] - particles.velocity[i];
+        const Real radius1 = particles.radius[i], radius2 = particles.radius[j];
+        const Real distance = norm(branch), overlap = radius1 + radius2 - distance;
         const TouchingPair<Real> pair{radius1,
                                       radius2,
-                                      contact_distance - distance,
+                                      overlap,
                                       (Real(1) / distance) * branch,
                                       fluctuation + gradient * (branch - dt * fluctuation),
                                       particles.spin[i],
                                       particles.spin[j]};
         const ContactStiffness<Real> stiffness = law.stiffness(pair);
-        ContactHistory<Real> history = slots.history(slot);
-        const Real normal_force = law.evaluate(pair, stiffness, dt, history);
+        const Real normal_force = law.normal_force(pair, stiffness);
+        const ContactHistory<Real> history = law.advance(pair, stiffness, normal_force, dt, slots.history(slot));
         slots.store(slot, history);
 
+        const bool touches = overlap >= Real(0);
+        const auto if_touching = [=](const Vec3<Real>& v) { return either(touches, v, {}); };
         const Vec3<Real> force = normal_force * pair.normal + history.shear;
         const Vec3<Real> moment = history.bending + history.twisting;
         const Vec3<Real> lever = cross(pair.normal, history.shear);
-        out.force.set(slot, force);
-        out.torque1.set(slot, -((radius1 - Real(0.5) * pair.overlap) * lever + moment));
-        out.torque2.set(slot, moment - (radius2 - Real(0.5) * pair.overlap) * lever);
-        out.store_stiffness(slot, stiffness);
-        return componentwise(force, branch);
+        out.force.set(slot, if_touching(force));
+        out.torque1.set(slot, if_touching(-((radius1 - Real(0.5) * overlap) * lever + moment)));
+        out.torque2.set(slot, if_touching(moment - (radius2 - Real(0.5) * overlap) * lever));
+        out.virial.set(slot, if_touching(componentwise(force, branch)));
+        const Real counts = touches ? Real(1) : Real(0);
+        out.store_stiffness(slot, {counts * stiffness.normal, counts * stiffness.shear, counts * stiffness.rolling});
     });
 }
 
@@ -59,21 +53,35 @@ template <class Real, class F> void each_slot_of(Index i, const Neighbours<Real>
     for (Index k = list.incoming_row[i]; k < list.incoming_row[i + 1]; ++k) f(list.incoming[k], false);
 }
 
+// Sums forces and torques, and finds for each particle the largest of K/m and R/I, 1/s^2: the squared frequency that bounds the time step.
+// K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km per axis a, as YADE's GlobalStiffnessTimeStepper.
 template <class Team, class Real>
 void gather_pass(const Team& team, const Particles<Real>& particles, const Neighbours<Real>& list, const PairForces<Real>& pairs) {
-    team.each(particles.count, [&](Index i) {
-        Vec3<Real> force, torque;
-        each_slot_of(i, list, [&](Index slot, bool is_first) {
-            if (is_first) {
-                force -= pairs.force[slot];
-                torque += pairs.torque1[slot];
-            } else {
-                force += pairs.force[slot];
-                torque += pairs.torque2[slot];
-            }
-        });
+    team.each(particles.count, [=, &list](Index i) {
+        Vec3<Real> force, torque, translation, shear_across;
+        Real rolling = 0;
+        const auto add_stiffness = [&](Index slot) {
+            const ContactStiffness<Real> k = pairs.stiffness(slot);
+            const Vec3<Real> n = list.slots.normal[slot], squared = componentwise(n, n);
+            translation += (k.normal - k.shear) * squared + Vec3<Real>{k.shear, k.shear, k.shear};
+            shear_across += k.shear * (Vec3<Real>{1, 1, 1} - squared);
+            rolling += k.rolling;
+        };
+        for (Index slot = list.slots.row[i]; slot < list.slots.row[i + 1]; ++slot) {
+            force -= pairs.force[slot];
+            torque += pairs.torque1[slot];
+            add_stiffness(slot);
+        }
+        for (Index k = list.incoming_row[i]; k < list.incoming_row[i + 1]; ++k) {
+            const Index slot = list.incoming[k];
+            force += pairs.force[slot];
+            torque += pairs.torque2[slot];
+            add_stiffness(slot);
+        }
         particles.force.set(i, force);
         particles.torque.set(i, torque);
+        const Real r = particles.radius[i], rotation = r * r * largest(shear_across) + rolling;
+        particles.squared_frequency[i] = maximum(largest(translation) * particles.inverse_mass[i], rotation * particles.inverse_inertia[i]);
     });
 }
 

@@ -19,11 +19,12 @@ template <class Real> struct LinearLaw {
         return {normal, shear, rolling_stiffness * product * shear};
     }
 
-    // Advances the history by one step and returns the normal force.
-    Real evaluate(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k, Real dt, ContactHistory<Real>& history) const {
-        const Real normal_force = k.normal * pair.overlap;
-        advance_resistances(pair, k, normal_force, friction, rolling_strength, dt, history);
-        return normal_force;
+    Real normal_force(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k) const { return k.normal * pair.overlap; }
+
+    // The contact's memory one step on.
+    ContactHistory<Real> advance(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k, Real normal_force, Real dt,
+                                 const ContactHistory<Real>& before) const {
+        return advance_resistances(pair, k, normal_force, friction, rolling_strength, dt, before);
     }
 
     // Energy held in the springs of a contact, J.

@@ -39,7 +39,7 @@ Real unbalanced_force(const Team& team, const Particles<Real>& particles, const 
 template <class Team, class Real> Real kinetic_energy(const Team& team, const Particles<Real>& particles) {
     return team.sum(particles.count, [&](Index i) {
         const Vec3<Real> u = particles.velocity[i], w = particles.spin[i];
-        return Real(0.5) * (particles.mass[i] * dot(u, u) + particles.inertia(i) * dot(w, w));
+        return Real(0.5) * (dot(u, u) / particles.inverse_mass[i] + dot(w, w) / particles.inverse_inertia[i]);
     });
 }
 

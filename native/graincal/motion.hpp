@@ -6,8 +6,13 @@
 
 namespace graincal {
 
-template <class Real> Vec3<Real> damped(Vec3<Real> acceleration, const Vec3<Real>& velocity, Real damping, Real dt) {
-    const auto component = [&](Real a, Real v) { return a * (Real(1) - damping * sign(a * (v + Real(0.5) * dt * a))); };
+// a (1 - zeta sign(a w)) per component, w the velocity half a step on: forces that drive the motion are weakened, those that brake it strengthened.
+template <class Real> Vec3<Real> damped(const Vec3<Real>& acceleration, const Vec3<Real>& velocity, Real damping, Real dt) {
+    const auto component = [=](Real a, Real v) {
+        const Real power = a * (v + Real(0.5) * dt * a);
+        const Real weakened = power > Real(0) ? Real(1) - damping : Real(1);
+        return a * (power < Real(0) ? Real(1) + damping : weakened);
+    };
     return {component(acceleration.x, velocity.x), component(acceleration.y, velocity.y), component(acceleration.z, velocity.z)};
 }
 
@@ -22,13 +27,17 @@ template <class Team, class Real, class Opposed = OwnFluctuation<Real>>
 Real advance_motion(const Team& team, Particles<Real>& particles, Cell<Real>& cell, Real damping, Real dt, Opposed opposed = {}) {
     cell.advance(dt);
     const Mat3<Real> to_fractional = inverse(cell.edges);
-    const Real squared = team.largest(particles.count, [&](Index i) {
+    team.each(particles.count, [=](Index i) {
         Vec3<Real> u = particles.velocity[i], w = particles.spin[i];
-        u += dt * damped((Real(1) / particles.mass[i]) * particles.force[i], opposed(i, u), damping, dt);
-        w += dt * damped((Real(1) / particles.inertia(i)) * particles.torque[i], w, damping, dt);
+        u += dt * damped(particles.inverse_mass[i] * particles.force[i], opposed(i, u), damping, dt);
+        w += dt * damped(particles.inverse_inertia[i] * particles.torque[i], w, damping, dt);
         particles.velocity.set(i, u);
         particles.spin.set(i, w);
         particles.fractional.set(i, particles.fractional[i] + dt * (to_fractional * u));
+    });
+    team.sync();
+    const Real squared = team.largest(particles.count, [&](Index i) {
+        const Vec3<Real> u = particles.velocity[i];
         return dot(u, u);
     });
     return square_root(squared);

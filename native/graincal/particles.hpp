@@ -13,7 +13,9 @@ template <class Real> struct Particles {
     Vec3Array<Real> force;
     Vec3Array<Real> torque;
     Real* radius;
-    Real* mass;
+    Real* inverse_mass;
+    Real* inverse_inertia;    // of a sphere, 2/5 m r^2
+    Real* squared_frequency;  // bound on the time step from the contacts' stiffness, 1/s^2; zero without contacts
 
     void lay_out(Arena& arena, Index n) {
         count = n;
@@ -23,9 +25,10 @@ template <class Real> struct Particles {
         force = arena.take_vectors<Real>(n);
         torque = arena.take_vectors<Real>(n);
         radius = arena.take<Real>(n);
-        mass = arena.take<Real>(n);
+        inverse_mass = arena.take<Real>(n);
+        inverse_inertia = arena.take<Real>(n);
+        squared_frequency = arena.take<Real>(n);
     }
-    Real inertia(Index i) const { return Real(0.4) * mass[i] * radius[i] * radius[i]; }
 };
 
 }  // namespace graincal

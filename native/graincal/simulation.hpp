@@ -48,8 +48,10 @@ inline Status as_simulation_status(NeighbourStatus status) {
 template <class Team, class Real, class Law> Status find_forces(const Team& team, Simulation<Real, Law>& sim) {
     const Status status = as_simulation_status(update_neighbours(team, sim.neighbours, sim.particles, sim.cell));
     if (status != Status::running) return status;
-    const Vec3<Real> sum = pair_pass(team, sim.law, sim.cell, sim.particles, sim.neighbours.slots, sim.pair_forces, sim.time_step);
+    pair_pass(team, sim.law, sim.cell, sim.particles, sim.neighbours.slots, sim.pair_forces, sim.time_step);
     team.sync();
+    const Index pairs = sim.neighbours.slots.row[sim.particles.count];
+    const Vec3<Real> sum = team.sum(pairs, [&](Index slot) { return sim.pair_forces.virial[slot]; });
     gather_pass(team, sim.particles, sim.neighbours, sim.pair_forces);
     team.sync();
     sim.stress = (Real(1) / sim.cell.volume()) * sum;
@@ -57,7 +59,7 @@ template <class Team, class Real, class Law> Status find_forces(const Team& team
 }
 
 template <class Team, class Real, class Law> void choose_time_step(const Team& team, Simulation<Real, Law>& sim) {
-    sim.time_step = sim.time_stepper.next(sim.time_step, largest_squared_frequency(team, sim.particles, sim.neighbours, sim.pair_forces));
+    sim.time_step = sim.time_stepper.next(sim.time_step, largest_squared_frequency(team, sim.particles));
 }
 
 template <class Real, class Law> void drive_cell(Simulation<Real, Law>& sim) {

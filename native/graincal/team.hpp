@@ -19,7 +19,11 @@ namespace graincal {
 constexpr Index sum_chunk = 128;
 
 struct SerialTeam {
-    template <class F> void each(Index n, F f) const {
+    // Taken whole into the loop and free of order, f becomes vector code where it has no branches.
+    template <class F> [[gnu::flatten]] void each(Index n, F f) const {
+#if !defined(__CUDACC_RTC__)
+#pragma GCC ivdep
+#endif
         for (Index i = 0; i < n; ++i) f(i);
     }
 
@@ -68,7 +72,12 @@ struct SerialTeam {
         values[n] = total;
     }
 
-    Index claim(Index* counter) const { return (*counter)++; }
+    // The one operation through which the turns of a loop meet: volatile, or they would be taken for independent and done at once.
+    Index claim(volatile Index* counter) const {
+        const Index claimed = *counter;
+        *counter = claimed + 1;
+        return claimed;
+    }
 
     void sync() const {}
 };

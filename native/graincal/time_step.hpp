@@ -5,26 +5,8 @@
 
 namespace graincal {
 
-// The largest of max(K/m, R/I) over particles with contacts, 1/s^2; zero where nothing touches. K_a = sum (kn - ks) n_a^2 + ks and
-// R_a = sum ks r^2 (1 - n_a^2) + km per axis a, as YADE's GlobalStiffnessTimeStepper.
-template <class Team, class Real>
-Real largest_squared_frequency(const Team& team, const Particles<Real>& particles, const Neighbours<Real>& list, const PairForces<Real>& pairs) {
-    return team.largest(particles.count, [&](Index i) {
-        Vec3<Real> translation, shear_across;
-        Real rolling = 0;
-        each_slot_of(i, list, [&](Index slot, bool) {
-            if (!list.slots.touching(slot)) return;
-            const ContactStiffness<Real> k = pairs.stiffness(slot);
-            const Vec3<Real> n = list.slots.normal[slot];
-            const Vec3<Real> squared = componentwise(n, n);
-            translation += (k.normal - k.shear) * squared + Vec3<Real>{k.shear, k.shear, k.shear};
-            shear_across += k.shear * (Vec3<Real>{1, 1, 1} - squared);
-            rolling += k.rolling;
-        });
-        const Real r = particles.radius[i];
-        const Real rotation = r * r * largest(shear_across) + rolling;
-        return maximum(largest(translation) / particles.mass[i], rotation / particles.inertia(i));
-    });
+template <class Team, class Real> Real largest_squared_frequency(const Team& team, const Particles<Real>& particles) {
+    return team.largest(particles.count, [&](Index i) { return particles.squared_frequency[i]; });
 }
 
 template <class Real> struct TimeStepper {

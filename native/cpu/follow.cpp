@@ -1,0 +1,19 @@
+// Compiled once per instruction set, which GRAINCAL_TARGET names. The physics headers include nothing but each other, so they can be taken whole into
+// a namespace of their own: no two instruction sets ever share an inline function.
+#include "targets.hpp"
+
+namespace GRAINCAL_TARGET {
+// clang-format off
+#include "graincal/stress_path.hpp"
+#include "graincal/team.hpp"
+// clang-format on
+
+int follow_path(const ::graincal::PathCall& call) {
+    using namespace GRAINCAL_TARGET::graincal;
+    auto& simulation = *static_cast<Simulation<double, LinearLaw<double>>*>(call.simulation);
+    auto& progress = *static_cast<Progress<double>*>(call.progress);
+    return static_cast<int>(follow(SerialTeam{}, simulation, static_cast<const Stage<double>*>(call.stages), call.stage_count, progress,
+                                   *static_cast<const Rest<double>*>(call.rest), static_cast<Record<double>*>(call.records), call.steps));
+}
+
+}  // namespace GRAINCAL_TARGET

@@ -1,0 +1,42 @@
+#include "targets.hpp"
+
+#if defined(__x86_64__)
+namespace x86_64_v2 {
+int follow_path(const graincal::PathCall&);
+}
+namespace x86_64_v3 {
+int follow_path(const graincal::PathCall&);
+}
+namespace x86_64_v4 {
+int follow_path(const graincal::PathCall&);
+}
+#else
+namespace baseline {
+int follow_path(const graincal::PathCall&);
+}
+#endif
+
+namespace graincal {
+
+#if defined(__x86_64__)
+const Target targets[] = {
+    {"x86-64-v2", [] { return true; }, &x86_64_v2::follow_path},
+    {"x86-64-v3",
+     [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"); },
+     &x86_64_v3::follow_path},
+    {"x86-64-v4",
+     [] {
+         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+                __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+     },
+     &x86_64_v4::follow_path},
+    {nullptr, nullptr, nullptr},
+};
+#else
+const Target targets[] = {
+    {"baseline", [] { return true; }, &baseline::follow_path},
+    {nullptr, nullptr, nullptr},
+};
+#endif
+
+}  // namespace graincal

@@ -1,0 +1,33 @@
+// The step, compiled once per instruction set; the best that the machine can run is chosen when the module is loaded.
+#pragma once
+
+namespace graincal {
+
+// What `follow` (graincal/stress_path.hpp) takes, without types: each instruction set has the types in a namespace of its own, all laid out alike.
+struct PathCall {
+    void* simulation;
+    const void* stages;
+    int stage_count;
+    void* progress;
+    const void* rest;
+    void* records;
+    long long steps;
+};
+
+struct Target {
+    const char* name;
+    bool (*runs_here)();
+    int (*follow)(const PathCall&);  // a Status
+};
+
+// From the plainest to the best, as compiled in; ends with a null name.
+extern const Target targets[];
+
+inline const Target& best_target() {
+    const Target* best = targets;
+    for (const Target* target = targets; target->name; ++target)
+        if (target->runs_here()) best = target;
+    return *best;
+}
+
+}  // namespace graincal
