@@ -1,0 +1,91 @@
+"""Simulations that the tests of the engine start from: two spheres in hand, rings, lattices and clouds of spheres, a packing at rest."""
+
+import numpy as np
+
+from graincal import _native
+from graincal.dem.packing import Packing
+
+IMMOVABLE = 1e30
+"""A density, kg/m^3, at which contact forces change no velocity: spheres then move exactly as they are told to."""
+
+STILL = np.zeros((3, 3))
+"""The velocity gradient of a cell that does not deform."""
+
+ROUNDING = np.finfo(float).eps
+
+CELL = 8.0
+"""Width of the cell around two spheres, m."""
+
+
+def law(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9):
+    """A contact law with round stiffnesses; without an argument nothing slides, rolls or twists off."""
+    return _native.LinearLaw(modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength)
+
+
+def normal_stiffness(radii, modulus=1e7):
+    """kn = 2 E r*, with the law's defaults."""
+    return 2 * modulus * radii[0] * radii[1] / (radii[0] + radii[1])
+
+
+def unit(vector):
+    return np.asarray(vector, dtype=float) / np.linalg.norm(vector)
+
+
+def two_spheres(radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), **parameters):
+    """Two spheres whose normal from the first to the second, and overlap (m), are given; far from the cell's faces."""
+    centre = edges @ np.full(3, 0.5)
+    branch = (sum(radii) - overlap) * unit(normal)
+    positions = np.stack([centre - branch / 2, centre + branch / 2])
+    return _native.Simulation(positions, np.array(radii, dtype=float), np.ascontiguousarray(edges, dtype=float), law(**parameters), density)
+
+
+def steps(simulation, count, time_step=1e-3, gradient=STILL, damping=0.0):
+    """Step with a velocity gradient and a time step that are given."""
+    simulation.run_prescribed(count, np.ascontiguousarray(gradient, dtype=float), time_step, damping)
+
+
+def only_contact(simulation):
+    """The one contact of two spheres, as name -> value; None where they do not touch. The normal points from the first sphere to the second."""
+    contacts = simulation.contacts()
+    assert len(contacts["first"]) <= 1
+    return {name: column[0] for name, column in contacts.items()} if len(contacts["first"]) else None
+
+
+def ring(radius=1.0, overlap=0.01, density=1.0, **parameters):
+    """Three equal spheres in a row along x, the last touching the first through the boundary."""
+    period = 3 * (2 * radius - overlap)
+    positions = np.array([[(k + 0.5) * period / 3, CELL * radius / 2, CELL * radius / 2] for k in range(3)])
+    edges = np.diag([period, CELL * radius, CELL * radius])
+    return _native.Simulation(positions, np.full(3, radius), edges, law(**parameters), density)
+
+
+def jittered_lattice(side=5, spacing=1.9, spread=0.2, jitter=0.1, seed=1):
+    """Positions, radii and edges of side^3 spheres of radius 1 +- spread about a cubic lattice, m. Many touch, some do not."""
+    generator = np.random.default_rng(seed)
+    sites = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) + 0.5
+    positions = spacing * (sites + jitter * generator.uniform(-1, 1, sites.shape))
+    return positions, generator.uniform(1 - spread, 1 + spread, len(sites)), np.diag([spacing * side] * 3)
+
+
+def masses(radii, density):
+    return density * 4 / 3 * np.pi * radii**3
+
+
+def packing_at_rest(count=100, pressure=1e5, seed=3):
+    """A packing of millimetre grains, compressed to `pressure` (Pa) from a loose lattice without friction. Overlaps are some 1e-4 of a radius."""
+    side = round(count ** (1 / 3) + 0.5)
+    positions, radii, edges = jittered_lattice(side, spacing=2.5, spread=0.2, jitter=0.02, seed=seed)
+    chosen = np.sort(np.random.default_rng(seed).permutation(len(radii))[:count])
+    positions, radii, edges = 1e-3 * positions[chosen], 1e-3 * radii[chosen], 1e-3 * edges
+    modulus, density = 1e4 * pressure, 2.65e6
+    frictionless = law(modulus=modulus, stiffness_ratio=0.2, friction=0.0, rolling_stiffness=0.0, rolling_strength=0.0)
+    simulation = _native.Simulation(positions, radii, edges, frictionless, density)
+    # Without contacts there is no critical time step to take: one well below that of two touching grains.
+    time_step = 0.1 * radii.min() * np.sqrt(density / modulus)
+    while np.min(simulation.stress_diagonal) < 0.1 * pressure:
+        steps(simulation, 10, time_step, gradient=-1.0 * np.eye(3), damping=0.2)
+    simulation.set_goals([_native.AxisGoal(True, pressure, 1.0)] * 3)
+    while not (np.allclose(simulation.stress_diagonal, pressure, rtol=1e-3) and simulation.unbalanced_force < 1e-3):
+        simulation.run(10, 0.2)
+        assert simulation.steps < 100_000
+    return Packing(simulation.positions, radii, simulation.edges)

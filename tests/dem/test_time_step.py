@@ -1,0 +1,74 @@
+"""The critical time step of configurations worked out by hand: dt = 0.8 sqrt(2) min over particles of sqrt(min(m / K, I / R)), with per axis
+K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km over the particle's contacts, the largest of the three axes."""
+
+import numpy as np
+import pytest
+
+from graincal import _native
+
+from .spheres import law, masses, normal_stiffness, ring, two_spheres
+
+SAFETY = 0.8 * np.sqrt(2)
+# A force pass, a sum and a root: roundings.
+EXACT = 1e-13
+
+
+def first_time_step(simulation):
+    simulation.run(1, 0.0)
+    return simulation.time_step
+
+
+def test_it_starts_small_and_without_contacts_it_stays():
+    simulation = two_spheres(overlap=-0.1)
+    assert simulation.time_step == 1e-8
+    assert first_time_step(simulation) == 1e-8
+
+
+def test_translation_limits_a_ring_of_hard_springs():
+    # Each sphere has two contacts along x: K = 2 kn along it, and rotation is soft.
+    simulation = ring(stiffness_ratio=0.1, rolling_stiffness=0.0, density=2.0)
+    mass, kn = masses(1.0, 2.0), normal_stiffness((1.0, 1.0))
+    assert first_time_step(simulation) == pytest.approx(SAFETY * np.sqrt(mass / (2 * kn)), rel=EXACT)
+
+
+def test_rotation_limits_where_shear_and_rolling_are_stiff():
+    # Across x each contact gives ks r^2 + km, along it km alone: R = 2 (ks + km) against I = 2/5 m.
+    simulation = ring(stiffness_ratio=0.8, rolling_stiffness=0.5, density=2.0)
+    mass, ks = masses(1.0, 2.0), 0.8 * normal_stiffness((1.0, 1.0))
+    assert first_time_step(simulation) == pytest.approx(SAFETY * np.sqrt(0.4 * mass / (2 * (ks + 0.5 * ks))), rel=EXACT)
+
+
+def test_the_smaller_of_two_unequal_spheres_limits_an_oblique_contact():
+    # n = (2, 6, 3) / 7: the largest of K_a is along y, the largest of R_a along x.
+    radii, stiffness_ratio, beta, density = (1.0, 0.6), 0.3, 0.2, 2.0
+    squared = np.array([4, 36, 9]) / 49
+    kn = normal_stiffness(radii)
+    ks = stiffness_ratio * kn
+    km = beta * radii[0] * radii[1] * ks
+    mass = masses(0.6, density)
+    translation = mass / ((kn - ks) * squared[1] + ks)
+    rotation = 0.4 * mass * 0.36 / (ks * 0.36 * (1 - squared[0]) + km)
+    assert rotation < translation
+    simulation = two_spheres(radii, 0.01, (2, -6, 3), density=density, stiffness_ratio=stiffness_ratio, rolling_stiffness=beta)
+    assert first_time_step(simulation) == pytest.approx(SAFETY * np.sqrt(rotation), rel=EXACT)
+
+
+def test_particles_without_contact_do_not_limit():
+    # A speck would need a far smaller step, if anything touched it.
+    edges = np.diag([8.0] * 3)
+    positions = np.array([[3.0, 4, 4], [4.999, 4, 4], [4.0, 4, 7]])
+    with_speck = _native.Simulation(positions, np.array([1.0, 1.0, 0.1]), edges, law(), 1.0)
+    without = _native.Simulation(positions[:2].copy(), np.ones(2), edges, law(), 1.0)
+    assert first_time_step(with_speck) == first_time_step(without)
+
+
+def test_it_grows_by_a_twentieth_a_step_at_most_and_falls_at_once():
+    simulation = ring(density=1e30)  # nothing moves: the contacts stay what they are
+    hard = first_time_step(simulation)
+    simulation.set_law(law(modulus=1e6))
+    for growth in (1.05, 1.05**2, 1.05**3):
+        assert first_time_step(simulation) == pytest.approx(growth * hard, rel=EXACT)
+    simulation.run(50, 0.0)  # 1.05^24 > sqrt(10)
+    assert simulation.time_step == pytest.approx(np.sqrt(10) * hard, rel=EXACT)
+    simulation.set_law(law())
+    assert first_time_step(simulation) == pytest.approx(hard, rel=EXACT)
