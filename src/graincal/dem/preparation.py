@@ -7,6 +7,8 @@ import hashlib
 import json
 import os
 import tempfile
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +38,8 @@ RELEASE_RATE = 1e-3
 
 _CHUNK = 200
 _MAX_CHUNKS = 1000
-_MAX_TRIALS = 60
+_MAX_TRIALS = 40
+_NARROW = 1.0  # degrees
 
 
 def prepare(particles: int, void_ratio: float, grading: str | Path | Grading = "toyoura", seed: int = 1) -> Packing:
@@ -69,42 +72,71 @@ def _prepare(particles: int, void_ratio: float, grading: Grading, seed: int) -> 
     _compress(simulation)
     simulation.set_law(_law(LOOSEST_FRICTION_ANGLE))
     _compress(simulation)
-    packed = _lower_friction(simulation, void_ratio, grading)
-    _release(packed)
-    packing = Packing(packed.positions, packed.radii, packed.edges, name=f"packing of {grading.name}")
-    if abs(packing.void_ratio - void_ratio) > 4 * VOID_RATIO_TOLERANCE:
-        raise RuntimeError(f"the packing opened from a void ratio of {packed.void_ratio:.4f} to {packing.void_ratio:.4f} as it was unloaded")
-    return packing
+    packed = _lower_friction(_State(simulation), void_ratio, grading).released
+    return Packing(packed.positions, packed.radii, packed.edges, name=f"packing of {grading.name}")
 
 
-def _lower_friction(loose: _native.Simulation, void_ratio: float, grading: Grading) -> _native.Simulation:
+@dataclass
+class _State:
+    """A packing at rest under the compaction pressure, and the same let go of it: its void ratio is what counts."""
+
+    simulation: _native.Simulation
+
+    @cached_property
+    def released(self) -> _native.Simulation:
+        simulation = self.simulation.copy()
+        _release(simulation)
+        return simulation
+
+    @property
+    def void_ratio(self) -> float:
+        return self.released.void_ratio
+
+    def with_friction(self, angle: float) -> _State:
+        """The state compressed anew under another friction angle in degrees."""
+        simulation = self.simulation.copy()
+        simulation.set_law(_law(angle))
+        _compress(simulation)
+        return _State(simulation)
+
+
+def _lower_friction(loose: _State, void_ratio: float, grading: Grading) -> _State:
     """Search for the friction angle that packs to the void ratio. Each trial starts from the densest state that is still too loose, so that friction
     only ever falls."""
-    loosest = loose.void_ratio
-    densest = _with_friction(loose, 0.0).void_ratio
+    loosest, densest = loose.void_ratio, loose.with_friction(0.0).void_ratio
     if not densest - VOID_RATIO_TOLERANCE <= void_ratio <= loosest + VOID_RATIO_TOLERANCE:
         raise InputError(f"void_ratio: {void_ratio:g} is out of reach for grading {grading.name}, which packs to between {densest:.3f} and {loosest:.3f}.")
     high, low = LOOSEST_FRICTION_ANGLE, 0.0
-    for _ in range(_MAX_TRIALS):
-        if abs(loose.void_ratio - void_ratio) <= VOID_RATIO_TOLERANCE:
-            return loose
+    while abs(loose.void_ratio - void_ratio) > VOID_RATIO_TOLERANCE:
+        if high - low < _NARROW:
+            # The packing collapses at this angle: no friction holds it at the void ratio, so it is stopped on its way.
+            return _arrest(loose, low, void_ratio)
         angle = 0.5 * (high + low)
-        trial = _with_friction(loose, angle)
+        trial = loose.with_friction(angle)
         if trial.void_ratio >= void_ratio - VOID_RATIO_TOLERANCE:
             loose, high = trial, angle
-            # From a denser start an angle that went too far before need not do so again.
-            low *= 0.9
         else:
             low = angle
-    raise RuntimeError(f"no packing within {VOID_RATIO_TOLERANCE:g} of a void ratio of {void_ratio:g} was met in {_MAX_TRIALS} trials of friction")
+    return loose
 
 
-def _with_friction(start: _native.Simulation, angle: float) -> _native.Simulation:
-    """A copy of the state, compressed anew under another friction angle in degrees."""
-    simulation = start.copy()
-    simulation.set_law(_law(angle))
-    _compress(simulation)
-    return simulation
+def _arrest(start: _State, angle: float, void_ratio: float) -> _State:
+    """Let the packing collapse under a friction angle in degrees and bring the friction back on the way: bisection on where."""
+    loosest, densest = start.simulation.void_ratio, void_ratio - 8 * VOID_RATIO_TOLERANCE
+    for _ in range(_MAX_TRIALS):
+        turn = 0.5 * (loosest + densest)
+        simulation = start.simulation.copy()
+        simulation.set_law(_law(angle))
+        while simulation.void_ratio > turn:
+            simulation.run(5, DAMPING)
+        held = _State(simulation).with_friction(LOOSEST_FRICTION_ANGLE)
+        if abs(held.void_ratio - void_ratio) <= VOID_RATIO_TOLERANCE:
+            return held
+        if held.void_ratio > void_ratio:
+            loosest = turn
+        else:
+            densest = turn
+    raise RuntimeError(f"no packing within {VOID_RATIO_TOLERANCE:g} of a void ratio of {void_ratio:g} was met in {_MAX_TRIALS} trials")
 
 
 def _compress(simulation: _native.Simulation) -> None:
