@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from graincal import Failure, InputError, PythonModel, Response, Samples
+from graincal.models.named_function import find_function
 
 AT = np.array([0.0, 0.1, 0.2])
 
@@ -126,14 +127,18 @@ def test_a_named_function_runs_in_processes_and_survives_a_crash(module, tmp_pat
         ("{name}:g", "def f(theta): pass", "has no function g"),
         ("{name}:f", "import no_such_dependency", r"importing own_\S+ failed \(ModuleNotFoundError: No module named 'no_such_dependency'"),
         ("{name}:f", "1 / 0", r"failed \(ZeroDivisionError: division by zero \(own_\S+.py, line 1\)\)"),
-        ("calendar:f", "", "another module named calendar is loaded already"),
     ],
 )
 def test_a_function_that_cannot_be_found_is_said_at_once(module, tmp_path, function, text, said):
-    import calendar  # noqa: F401  loaded before its namesake
-
     name = module(text)
-    (tmp_path / "calendar.py").write_text("def f(theta): pass")
     model = PythonModel(function.format(name=name), folder=tmp_path)
     with pytest.raises(InputError, match=said):
         next(model.evaluate(samples(), at=AT), None)
+
+
+def test_a_file_of_the_folder_comes_before_a_module_of_its_name(tmp_path, monkeypatch):
+    monkeypatch.setattr(os.sys, "path", list(os.sys.path))
+    for folder, value in (("one", 1), ("two", 2)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "calendar.py").write_text(f"def f(theta): return {value}")
+    assert [find_function("calendar:f", tmp_path / folder)(None) for folder in ("one", "two")] == [1, 2]

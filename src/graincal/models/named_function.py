@@ -3,48 +3,57 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import sys
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 from graincal.data import InputError
 
 
 def find_function(name: str, folder: Path | None = None) -> Callable:
-    """The function that is named "module:name"; its module is looked for in `folder` first, which joins the search path.
+    """The function that is named "module:name", of a file module.py in `folder`, or else of a module that can be imported.
 
-    Raises InputError where there is no such module or function, or where importing the module fails.
+    The folder joins the search path, for what the module imports from beside itself. Raises InputError where there is no such module or function,
+    or where importing the module fails.
     """
-    module_name, colon, attribute = name.partition(":")
-    if not (module_name and colon and attribute):
+    module_name, _, attribute = name.partition(":")
+    if not (module_name and attribute):
         raise InputError(f'function must be named as "module:name", not "{name}".')
-    if folder is not None and str(folder) not in sys.path:
-        sys.path.insert(0, str(folder))
-    where = f"in {folder} or among the installed packages" if folder else "among the installed packages"
     try:
-        module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name == module_name or module_name.startswith(f"{error.name}."):
+        module = _load(module_name, folder)
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and error.name in (module_name, module_name.partition(".")[0]):
+            where = f"in {folder} or among the installed packages" if folder else "among the installed packages"
             raise InputError(f"function {name}: there is no module {module_name} {where}.") from None
         raise InputError(f"function {name}: importing {module_name} failed ({describe_exception(error)}).") from error
-    except Exception as error:
-        raise InputError(f"function {name}: importing {module_name} failed ({describe_exception(error)}).") from error
-    _refuse_namesake(name, module_name, getattr(module, "__file__", None), folder)
-    function: object = module
+    function = module
     for part in attribute.split("."):
         function = getattr(function, part, None)
     if not callable(function):
-        raise InputError(f"function {name}: {module_name} ({getattr(module, '__file__', 'built in')}) has no function {attribute}.")
+        raise InputError(f"function {name}: {getattr(module, '__file__', module_name)} has no function {attribute}.")
     return function
 
 
-def _refuse_namesake(name: str, module: str, loaded: str | None, folder: Path | None) -> None:
-    """A module that was imported before is found again whatever the folder; it may be another of the same name."""
-    places = [Path(folder, *module.split(".")).with_suffix(".py"), Path(folder, *module.split("."), "__init__.py")] if folder else []
-    own = next((path for path in places if path.exists()), None)
-    if own and (loaded is None or Path(loaded).resolve() != own.resolve()):
-        raise InputError(f"function {name}: another module named {module} is loaded already ({loaded or 'built in'}), so that {own} needs another name.")
+def _load(name: str, folder: Path | None) -> ModuleType:
+    if folder is not None and str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    path = folder / f"{name}.py" if folder else None
+    if path is None or not path.exists():
+        return importlib.import_module(name)
+    # By its file: modules of the same name in other folders, or in Python itself, are others.
+    key = f"{name} of {path.resolve()}"
+    if key not in sys.modules:
+        spec = importlib.util.spec_from_file_location(key, path)
+        sys.modules[key] = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(sys.modules[key])
+        except BaseException:
+            del sys.modules[key]
+            raise
+    return sys.modules[key]
 
 
 def describe_exception(error: BaseException) -> str:
