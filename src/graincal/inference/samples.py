@@ -1,0 +1,39 @@
+"""Iteration 0: how many samples, and where they lie in the box."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from graincal.data import InputError, ParameterSpace
+
+
+def number_of_samples(parameters: int, alpha: float = 10) -> int:
+    """The samples of each iteration, N = alpha n ln n rounded to the nearest integer, and at least 2 alpha.
+
+    The lower bound only matters for one or two parameters, where n ln n is 0 and 1.4.
+    Source: Hartmann, Cheng, Thornton (2022), Eq. 4; alpha = 10 and n = 5 give 80.
+    Raises InputError if alpha is not a positive number or leaves fewer than two samples.
+
+    >>> number_of_samples(5)
+    80
+    """
+    if not (math.isfinite(alpha) and alpha > 0):
+        raise InputError(f"filter.alpha must be a positive number, not {alpha}.")
+    count = round(alpha * max(2.0, parameters * math.log(parameters)))
+    if count < 2:
+        raise InputError(f"filter.alpha = {alpha} leaves {count} samples for {parameters} parameter(s), and at least 2 are needed.")
+    return count
+
+
+def halton(space: ParameterSpace, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """`count` points (count, n) that fill the box evenly: a scrambled Halton sequence.
+
+    Scrambling makes every point uniform on the box; the plain sequence begins in its corner.
+    """
+    unit = qmc.Halton(d=space.size, scramble=True, seed=rng).random(count)
+    # low + 1 * (high - low) may round to the number after high.
+    return np.clip(space.from_unit(unit), space.low, space.high)
