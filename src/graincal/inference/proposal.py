@@ -1,0 +1,150 @@
+"""The proposal of the next iteration: a Gaussian mixture of the weighted samples, truncated to the box."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.special import logsumexp, ndtr, ndtri
+from scipy.stats import qmc
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.mixture import BayesianGaussianMixture
+from threadpoolctl import threadpool_limits
+
+from graincal.data import ParameterSpace
+
+COVARIANCES = ("tied", "full")
+
+# The least standard deviation of a component, in widths of the box: what keeps a mixture fitted to a single point a density.
+LEAST_WIDTH = 1e-3
+
+# Below this mass in the box, drawing by rejection costs more than ten thousand draws a sample, and a fit to points of the box has gone wrong.
+LEAST_MASS = 1e-4
+
+
+class ProposalOutsideBox(ArithmeticError):
+    """Too little of a mixture lies in the box to draw from it. The message says how much."""
+
+
+def systematic_resampling(weights: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Rows drawn in proportion to their weights (N,), (count,) indices in ascending order.
+
+    One random number shifts an even comb over the cumulated weights: row i appears count w_i times on average, and never a whole
+    time more or less than that. Rows of weight zero never appear.
+    """
+    cumulated = np.cumsum(weights)
+    comb = (np.arange(count) + rng.random()) / count
+    # Rounding may carry the last tooth to 1 exactly, past the last row.
+    return np.searchsorted(cumulated / cumulated[-1], np.minimum(comb, np.nextafter(1, 0)), side="right")
+
+
+@dataclass(frozen=True, eq=False)
+class TruncatedMixture:
+    """A Gaussian mixture in coordinates scaled by the box (the unit cube), cut off at its faces and renormalised.
+
+    `weights` (K,) sum to 1; `means` (K, n); `covariances` (K, n, n).
+    """
+
+    space: ParameterSpace
+    weights: NDArray[np.float64]
+    means: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+
+    @cached_property
+    def mass(self) -> float:
+        """The part of the whole mixture that lies in the box, to a relative 1e-3 up to five parameters."""
+        return float(self.weights @ [_mass_in_cube(mean, covariance) for mean, covariance in zip(self.means, self.covariances)])
+
+    def log_density(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The log of the density (N,) at theta (N, n), in the parameters' own units: it integrates to 1 over the box and is -inf outside."""
+        unit = np.atleast_2d(self.space.to_unit(theta))
+        logs = []
+        for mean, covariance in zip(self.means, self.covariances):
+            factor = np.linalg.cholesky(covariance)
+            z = solve_triangular(factor, (unit - mean).T, lower=True)
+            logs.append(-0.5 * np.sum(z**2, axis=0) - np.log(np.diag(factor)).sum() - 0.5 * len(mean) * np.log(2 * np.pi))
+        inside = logsumexp(np.array(logs), axis=0, b=self.weights[:, None])
+        volume = np.log(self.space.high - self.space.low).sum()
+        return np.where(self.space.contains(theta), inside - np.log(self.mass) - volume, -np.inf)
+
+    def draw(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """`count` independent points (count, n) of the truncated mixture, drawn from the whole one and kept where they lie in the box.
+
+        Raises ProposalOutsideBox where the box holds less than 1e-4 of the mixture.
+        """
+        mass = self.mass
+        if mass < LEAST_MASS:
+            raise ProposalOutsideBox(f"only {mass:.1e} of the proposal's mass lies within the parameters' ranges")
+        factors = np.linalg.cholesky(self.covariances)
+        kept = np.empty((0, self.space.size))
+        # Each round is expected to yield `count` points, so a few rounds do; the bound is there to never loop on a wrong mass.
+        for _ in range(100):
+            size = int(np.ceil(count / mass))
+            component = rng.choice(len(self.weights), size=size, p=self.weights)
+            unit = self.means[component] + np.einsum("mij,mj->mi", factors[component], rng.standard_normal((size, self.space.size)))
+            kept = np.concatenate([kept, unit[np.all((unit >= 0) & (unit <= 1), axis=1)]])
+            if len(kept) >= count:
+                # low + 1 * (high - low) may round to the number after high.
+                return np.clip(self.space.from_unit(kept[:count]), self.space.low, self.space.high)
+        raise ProposalOutsideBox(f"{len(kept)} of {count} draws from the proposal fell within the parameters' ranges in 100 rounds")
+
+
+def fit_mixture(
+    space: ParameterSpace,
+    theta: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    rng: np.random.Generator,
+    *,
+    covariance: str = "tied",
+) -> TruncatedMixture:
+    """The mixture that describes samples theta (N, n) with their normalised weights (N,), to propose the next ones from.
+
+    A variational Gaussian mixture under a Dirichlet process of at most N / 10 components, which share one covariance ("tied") or have
+    their own ("full"). It takes no weights, so it is trained on 10 N systematically resampled copies, scaled by the box.
+    Source: Cheng et al. (2019); Hartmann, Cheng, Thornton (2022), section 2.2.
+    """
+    rows = systematic_resampling(weights, 10 * len(theta), rng)
+    copies = space.to_unit(theta)[rows]
+    components = max(1, min(len(theta) // 10, len(np.unique(copies, axis=0))))
+    floor = LEAST_WIDTH**2
+    # One start only: the best of several is the one that hugs the clumps of copies closest, and later iterations then narrow too early.
+    mixture = BayesianGaussianMixture(
+        n_components=components,
+        covariance_type=covariance,
+        weight_concentration_prior_type="dirichlet_process",
+        covariance_prior=np.atleast_2d(np.cov(copies.T)) + floor * np.eye(space.size),
+        reg_covar=floor,
+        max_iter=1000,
+        random_state=int(rng.integers(2**31)),
+    )
+    # With several threads k-means sums in the order they finish, and the last digits would change from run to run.
+    with threadpool_limits(1), warnings.catch_warnings():
+        # A fit that stops before it has converged is a proposal all the same.
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        mixture.fit(copies)
+    covariances = np.broadcast_to(mixture.covariances_, (components, space.size, space.size))
+    return TruncatedMixture(space, mixture.weights_ / mixture.weights_.sum(), mixture.means_, covariances)
+
+
+def _mass_in_cube(mean: NDArray[np.float64], covariance: NDArray[np.float64]) -> float:
+    """The probability that a Gaussian lies in the unit cube, by Genz's separation of variables (1992) on a fixed quasi-random sequence.
+
+    It stays relatively accurate where the mass is small, and is the same at every call.
+    """
+    factor = np.linalg.cholesky(covariance)
+    size = len(mean)
+    uniform = qmc.Halton(d=size, scramble=True, seed=np.random.default_rng(0)).random(4096)
+    z = np.zeros((len(uniform), size))
+    mass = np.ones(len(uniform))
+    for i in range(size):
+        centre = mean[i] + z[:, :i] @ factor[i, :i]
+        below, above = ndtr(-centre / factor[i, i]), ndtr((1 - centre) / factor[i, i])
+        mass *= above - below
+        inner = below + uniform[:, i] * (above - below)
+        # Far in a tail both ends round to 0 or 1, whose quantiles are infinite; the mass there is zero whatever stands in z.
+        z[:, i] = ndtri(np.clip(inner, 1e-300, 1 - 1e-16))
+    return float(mass.mean())
