@@ -1,0 +1,27 @@
+"""Bayesian inference: samples, weights, proposals, posteriors. NumPy in, NumPy out; it touches no files and knows nothing of the model."""
+
+from graincal.inference.advice import Grade, grade, sample_size_advice
+from graincal.inference.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
+from graincal.inference.iteration import Iteration
+from graincal.inference.posterior import Posterior
+from graincal.inference.samples import number_of_samples
+from graincal.inference.stop import Stop
+
+METHODS = {
+    "iterative-bayesian": IterativeBayesianFilter,
+    "sequential-monte-carlo": SequentialMonteCarloFilter,
+}
+"""The filters by the names that a calibration file knows them by."""
+
+__all__ = [
+    "METHODS",
+    "Grade",
+    "IterativeBayesianFilter",
+    "Iteration",
+    "Posterior",
+    "SequentialMonteCarloFilter",
+    "Stop",
+    "grade",
+    "number_of_samples",
+    "sample_size_advice",
+]

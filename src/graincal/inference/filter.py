@@ -1,0 +1,189 @@
+"""The iterative Bayesian filter, driven by ask and tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference.batch import Batch
+from graincal.inference.iteration import Iteration, weigh
+from graincal.inference.posterior import Posterior
+from graincal.inference.proposal import COVARIANCES, ProposalOutsideBox, TruncatedMixture, fit_mixture
+from graincal.inference.samples import halton, number_of_samples
+from graincal.inference.stop import Stop
+from graincal.inference.weights import error_scale
+
+
+class IterativeBayesianFilter:
+    """Calibrates parameters against one or several references (Hartmann, Cheng, Thornton 2022, sections 2.2 and 5).
+
+    Iteration 0 fills the box with N samples; each later one draws N from a mixture fitted to the weighted samples of the one before. Weights
+    follow from the whole history of the observables, under a covariance chosen so that a given part of the samples stays effective.
+
+    >>> filter = IterativeBayesianFilter(space, reference, seed=1)      # doctest: +SKIP
+    >>> while not filter.finished:
+    ...     samples = filter.ask()
+    ...     filter.tell(samples, [curves(theta) for theta in samples.theta])
+
+    The state is a function of the arguments and of what was told: the random numbers of an iteration come from (seed, iteration) alone, and
+    responses are used in the order asked. So telling again what was stored, in any order within an iteration, restores a filter bit for bit.
+
+    It never ends in an exception. When no weights exist (too many evaluations failed, or too many fit equally well) or too little of the next
+    proposal lies in the box, it finishes, and `stopped_because` says so; the posterior is then that of the last weighted iteration.
+
+    Arguments: `alpha` sets N (Eq. 4); `effective_sample_size` is the part of all N samples, failures included; `scale` is "peak" or "pointwise"
+    (see `error_scale`); `covariance` of the mixture "tied" or "full"; `stop` holds the criteria; `seed` is a whole number, not negative.
+    Raises InputError for arguments that cannot be used.
+    """
+
+    def __init__(
+        self,
+        space: ParameterSpace,
+        references: Reference | Sequence[Reference],
+        *,
+        alpha: float = 10,
+        effective_sample_size: float = 0.3,
+        scale: str = "peak",
+        covariance: str = "tied",
+        stop: Stop = Stop(),
+        seed: int = 1,
+    ) -> None:
+        self.space = space
+        self.references = (references,) if isinstance(references, Reference) else tuple(references)
+        self.alpha = alpha
+        self.effective_sample_size = effective_sample_size
+        self.scale = scale
+        self.covariance = covariance
+        self.stop = stop
+        self.seed = seed
+        self.samples_per_iteration = number_of_samples(space.size, alpha)
+        self._check()
+        self._iterations: list[Iteration] = []
+        self._stops: dict[str, str] = {}
+        self._proposal: TruncatedMixture | None = None
+        self._batch = self._new_batch(halton(space, self.samples_per_iteration, self._rng()))
+
+    def ask(self) -> Samples:
+        """All samples of the current iteration that have not been told; none when finished. Asking changes nothing."""
+        return self._batch.untold()
+
+    def tell(
+        self, samples: Samples, responses: NDArray[np.float64] | Sequence[NDArray[np.float64]], failed: ArrayLike | None = None
+    ) -> None:
+        """Say what the model returned for some of the samples asked, in any order; the last one told completes the iteration.
+
+        `responses` is x (N, T, J) at the reference's own control values, in the order of its observables; with several experiments, a sequence of
+        such arrays. `failed` (N,) marks evaluations without a usable response; their rows are not looked at. A row with a value that is not
+        finite, in any experiment, counts as failed too.
+        Raises InputError, and stores nothing, for samples that were not asked or already told, for other parameters under the id of one that
+        was asked, and for arrays of another shape.
+        """
+        self._batch.tell(samples, responses, failed)
+        if not self.finished and self._batch.told.all():
+            self._complete_iteration()
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing more to ask."""
+        return bool(self._stops)
+
+    @property
+    def stopped_by(self) -> str | None:
+        """The criterion that ended the calibration, None while it runs.
+
+        A field of `Stop`, the first of Eq. 12 where several are met; or "failures" (no evaluation of an iteration succeeded),
+        "effective_sample_size" (no weights meet it), "proposal" (too little of it lies in the box).
+        """
+        return next(iter(self._stops), None)
+
+    @property
+    def stopped_because(self) -> str | None:
+        """All criteria met, as a sentence; None while it runs."""
+        if not self.finished:
+            return None
+        reasons = "; ".join(self._stops.values())
+        return reasons[0].upper() + reasons[1:] + "."
+
+    @property
+    def iterations(self) -> tuple[Iteration, ...]:
+        """The iterations that are complete."""
+        return tuple(self._iterations)
+
+    @property
+    def posterior(self) -> Posterior | None:
+        """The weighted samples of the last iteration that has weights; None before there is one."""
+        weighted = [iteration for iteration in self._iterations if not iteration.unweighted]
+        return weighted[-1].posterior if weighted else None
+
+    def _complete_iteration(self) -> None:
+        batch = self._batch
+        iteration = weigh(
+            len(self._iterations),
+            batch.samples,
+            self._proposal,
+            batch.responses,
+            batch.failed,
+            self.references,
+            scale=self.scale,
+            target=self.effective_sample_size,
+        )
+        self._iterations.append(iteration)
+        if iteration.failed.all():
+            self._stops = {"failures": f"all {len(iteration.failed)} evaluations of iteration {iteration.index} failed"}
+        elif iteration.unweighted:
+            self._stops = {"effective_sample_size": f"{iteration.unweighted} (iteration {iteration.index})"}
+        else:
+            self._stops = self.stop.reached(self._iterations)
+        if not self.finished:
+            self._propose(iteration)
+
+    def _propose(self, iteration: Iteration) -> None:
+        rng = self._rng()
+        proposal = fit_mixture(self.space, iteration.samples.theta, iteration.final_weights, rng, covariance=self.covariance)
+        try:
+            theta = proposal.draw(self.samples_per_iteration, rng)
+        except ProposalOutsideBox as reason:
+            self._stops = {"proposal": f"{reason} (after iteration {iteration.index})"}
+        else:
+            self._proposal = proposal
+            self._batch = self._new_batch(theta)
+
+    def _rng(self) -> np.random.Generator:
+        """The random numbers of the iteration that is about to begin."""
+        return np.random.default_rng([self.seed, len(self._iterations)])
+
+    def _new_batch(self, theta: NDArray[np.float64]) -> Batch:
+        ids = np.arange(len(theta), dtype=np.int64) + len(self._iterations) * len(theta)
+        for array in (ids, theta):
+            array.setflags(write=False)
+        return Batch(Samples(ids, theta, self.space.names), self.references, self.space)
+
+    def _check(self) -> None:
+        if not self.references:
+            raise InputError("filter: at least one reference is needed.")
+        for reference in self.references:
+            error_scale(reference, self.scale)
+        if self.covariance not in COVARIANCES:
+            raise InputError(f'filter.covariance must be "tied" or "full", not "{self.covariance}".')
+        count = self.samples_per_iteration
+        if not 1 / count < self.effective_sample_size < 1:
+            raise InputError(
+                f"filter.effective_sample_size must lie between 1/{count}, one sample of an iteration, and 1, not {self.effective_sample_size}."
+            )
+        if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
+            raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
+        if self.stop.max_evaluations is not False and self.stop.max_evaluations < count:
+            raise InputError(
+                f"stop.max_evaluations = {self.stop.max_evaluations} does not hold one iteration of {count} samples: raise it, or lower filter.alpha."
+            )
+
+
+class SequentialMonteCarloFilter(IterativeBayesianFilter):
+    """Iteration 0 of the iterative Bayesian filter alone: the baseline of section 3 of the paper."""
+
+    def __init__(self, *arguments, stop: Stop = Stop(), **options) -> None:
+        super().__init__(*arguments, stop=replace(stop, max_iterations=1), **options)
