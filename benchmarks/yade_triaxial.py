@@ -9,6 +9,7 @@ them holds the parameters and YADE's version. Checked with YADE 2023.02a, Debian
 """
 
 import argparse
+import hashlib
 import json
 import math
 import sys
@@ -22,6 +23,7 @@ PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 DENSITY = 2650.0  # kg/m^3, before scaling
 ISOTROPIC_RATE, AXIAL_RATE = 1.0, 0.1  # 1/s
 LOADING_DAMPING, RELAXING_DAMPING = 0.2, 0.9
+CELL_INERTIA_FACTOR = 0.037496272819642594  # graincal's M = factor * density * V^(2/3): the same strains whatever the sample's size
 TOLERANCE = 1e-3  # of stresses against their targets, and the largest unbalanced force
 
 
@@ -33,6 +35,9 @@ def parse_arguments():
     parser.add_argument("--axial-strain", type=float, default=0.20, help="the last one, logarithmic, as a fraction")
     parser.add_argument("--increment", type=float, default=0.004, help="of axial strain from state to state")
     parser.add_argument("--density-scaling", type=float, default=1e3)
+    parser.add_argument(
+        "--cell-inertia", choices=["yade", "graincal"], default="yade", help="of the servo: YADE's mass of all particles, or graincal's density times area"
+    )
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args(sys.argv[1:])
     given = dict(item.split("=", 1) for item in arguments.parameters)
@@ -54,10 +59,11 @@ def build(arguments):
     """The simulation of the packing under the contact law of the paper's Table 1, started at rest and without history."""
     positions, radii, lengths = load_packing(arguments.packing)
     theta = arguments.theta
+    density = DENSITY * arguments.density_scaling
     O.periodic = True
     O.cell.setBox(*lengths)
     material = CohFrictMat(
-        density=DENSITY * arguments.density_scaling,
+        density=density,
         young=10 ** theta["log_E"],
         poisson=theta["nu"],
         frictionAngle=math.radians(theta["phi"]),
@@ -70,6 +76,7 @@ def build(arguments):
     )
     O.materials.append(material)
     O.bodies.append([utils.sphere(tuple(position), radius) for position, radius in zip(positions.tolist(), radii.tolist())])
+    mass = sum(body.state.mass for body in O.bodies)
     O.dt = 1e-8
     O.engines = [
         ForceResetter(),
@@ -82,7 +89,7 @@ def build(arguments):
         GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.8, timeStepUpdateInterval=1),
         PeriTriaxController(
             dynCell=True,
-            mass=sum(body.state.mass for body in O.bodies),
+            mass=mass if arguments.cell_inertia == "yade" else CELL_INERTIA_FACTOR * density * O.cell.volume ** (2 / 3),
             stressMask=0b111,
             goal=[-arguments.confining_pressure] * 3,
             maxStrainRate=[ISOTROPIC_RATE] * 3,
@@ -184,9 +191,11 @@ def write_curve(arguments, states, seconds):
     about = {
         "program": f"YADE {config.version}",
         "packing": arguments.packing.rpartition("/")[2],
+        "packing_sha256": hashlib.sha256(open(arguments.packing, "rb").read()).hexdigest(),
         "confining_pressure": arguments.confining_pressure,
         **arguments.theta,
         "density_scaling": arguments.density_scaling,
+        "cell_inertia": arguments.cell_inertia,
         "seconds": round(seconds, 1),
     }
     with open(arguments.output, "w") as file:

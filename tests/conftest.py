@@ -1,0 +1,16 @@
+"""What all tests share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def reference_data():
+    """The folder with the published packings and curves, which are not part of the repository."""
+    folder = os.environ.get("GRAINCAL_REFERENCE_DATA")
+    if not folder:
+        pytest.skip("GRAINCAL_REFERENCE_DATA names no folder with the published packings and curves")
+    assert Path(folder).is_dir(), f"GRAINCAL_REFERENCE_DATA names {folder}, which is no folder"
+    return Path(folder)
