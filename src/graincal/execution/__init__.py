@@ -2,6 +2,6 @@
 
 from graincal.execution.cores import available_cores
 from graincal.execution.executor import evaluate_each
-from graincal.execution.processes import WorkerProcesses
+from graincal.execution.processes import evaluate_in_processes
 
-__all__ = ["WorkerProcesses", "available_cores", "evaluate_each"]
+__all__ = ["available_cores", "evaluate_each", "evaluate_in_processes"]

@@ -5,21 +5,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Response, Samples
-from graincal.execution import WorkerProcesses, available_cores, evaluate_each
+from graincal.execution import available_cores, evaluate_each, evaluate_in_processes
 from graincal.models.interpolation import covers, span
 from graincal.models.named_function import describe_exception, find_function
 
 Function = Callable[[NDArray[np.float64]], Mapping[str, ArrayLike]]
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class PythonModel:
     """A function of theta (n,), in the order of the parameter space, that returns a mapping of names to (T,): observables and any further quantities.
 
@@ -33,18 +33,18 @@ class PythonModel:
     """
 
     function: Function | str
-    control: NDArray[np.float64] | None = None
+    control: ArrayLike | None = None
     executor: Executor | None = None
     folder: Path | None = None
-    _processes: WorkerProcesses | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not (callable(self.function) or isinstance(self.function, str)):
             raise InputError(f'a Python model needs a function, or its name as "module:name", not {self.function!r}.')
         if self.control is not None:
-            self.control = np.asarray(self.control, dtype=np.float64)
-            if self.control.ndim != 1 or not self.control.size or not np.all(np.isfinite(self.control)) or not np.all(np.diff(self.control) > 0):
+            control = np.array(self.control, dtype=np.float64)
+            if control.ndim != 1 or not control.size or not np.all(np.isfinite(control)) or not np.all(np.diff(control) > 0):
                 raise InputError("the control values of a Python model must be finite numbers that increase.")
+            object.__setattr__(self, "control", control)
 
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Evaluate each sample and yield (row, Response or Failure) in order of completion.
@@ -66,9 +66,7 @@ class PythonModel:
         if self.executor is not None:
             yield from evaluate_each(call, tasks, self.executor)
         elif isinstance(self.function, str):
-            if self._processes is None or self._processes.count != workers:
-                self._processes = WorkerProcesses(workers)
-            yield from self._processes.evaluate_each(call, tasks)
+            yield from evaluate_in_processes(call, tasks, workers)
         else:
             threads = ThreadPoolExecutor(workers)
             try:
