@@ -1,0 +1,10 @@
+"""A calibration as it runs and is stored: the loop around the filter, the folder that keeps it, and what it found."""
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.experiment import Experiment
+from graincal.campaign.listener import Listener
+from graincal.campaign.result import Candidate, Result
+from graincal.campaign.running import begin, calibrate, resume
+from graincal.campaign.trouble import FolderError
+
+__all__ = ["Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Result", "begin", "calibrate", "resume"]

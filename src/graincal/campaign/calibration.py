@@ -1,0 +1,83 @@
+"""What a calibration is asked to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from graincal.campaign.curves import file_name
+from graincal.campaign.experiment import Experiment
+from graincal.data import InputError, ParameterSpace, Samples
+from graincal.execution import available_cores
+from graincal.inference import METHODS, IterativeBayesianFilter, Stop
+from graincal.models import TriaxialTest
+
+FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The unknowns, the experiments and the method: everything that determines what a campaign finds.
+
+    filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
+    what is found. source: the text of the calibration file, if there is one.
+    """
+
+    space: ParameterSpace
+    experiments: Sequence[Experiment]
+    method: str = "iterative-bayesian"
+    filter_options: Mapping[str, Any] = field(default_factory=dict)
+    stop: Stop = Stop()
+    seed: int = 1
+    workers: int | Literal["all"] = "all"
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "experiments", tuple(self.experiments))
+        object.__setattr__(self, "filter_options", MappingProxyType(dict(self.filter_options)))
+
+    def check(self) -> Calibration:
+        """Raise InputError for what cannot be calibrated, before anything is evaluated; the calibration itself otherwise."""
+        if not isinstance(self.space, ParameterSpace):
+            raise InputError("a calibration needs a parameter space: space = ParameterSpace({name: (low, high), ...}).")
+        names = [experiment.name for experiment in self.experiments]
+        if not names:
+            raise InputError("a calibration needs at least one experiment.")
+        if len({file_name(name) for name in names}) < len(names):
+            raise InputError(f"experiments must have different names, by letters and digits, not {', '.join(names)}.")
+        if self.method not in METHODS:
+            raise InputError(f'method must be one of {", ".join(METHODS)}, not "{self.method}".')
+        if unknown := set(self.filter_options) - set(FILTER_OPTIONS):
+            raise InputError(f"filter.{min(unknown)} is not an option of the filter; expected one of {', '.join(FILTER_OPTIONS)}.")
+        if self.workers != "all" and (not isinstance(self.workers, int) or self.workers < 1):
+            raise InputError(f'workers must be a whole number above 0 or "all", not {self.workers!r}.')
+        self.new_filter()
+        for experiment in self.experiments:
+            self._check_model(experiment)
+        return self
+
+    def new_filter(self) -> IterativeBayesianFilter:
+        """The filter before its first sample."""
+        references = [experiment.reference for experiment in self.experiments]
+        return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **self.filter_options)
+
+    @property
+    def number_of_workers(self) -> int:
+        """The evaluations that may run at once."""
+        return available_cores() if self.workers == "all" else self.workers
+
+    def _check_model(self, experiment: Experiment) -> None:
+        control = experiment.reference.control_name
+        if isinstance(experiment.model, TriaxialTest) and control != "axial_strain":
+            raise InputError(f'experiment "{experiment.name}": a triaxial test is driven by axial_strain, and its reference\'s control is {control}.')
+        # A model that is given no samples says what is wrong with everything else.
+        nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, self.space.size)), self.space.names)
+        try:
+            for _ in experiment.evaluate(nothing):
+                pass
+        except InputError as error:
+            raise InputError(f'experiment "{experiment.name}": {error}') from error

@@ -1,0 +1,95 @@
+"""The loop of a calibration: ask the filter, evaluate, store, tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.curves import file_name, write_curve
+from graincal.campaign.listener import Listener
+from graincal.campaign.result import Result
+from graincal.campaign.store import Store
+from graincal.campaign.trouble import FolderError
+from graincal.data import Response, Samples
+
+CURVES = "curves"
+
+
+class Campaign:
+    """A calibration as it runs, on a store that holds nothing of it yet, or some, or all.
+
+    There is no other way to resume than to run: the filter is a function of what it is told, so it asks again for what the store holds, is told
+    that, and goes on to what is waiting.
+    """
+
+    def __init__(self, calibration: Calibration, store: Store, listeners: Sequence[Listener] = ()) -> None:
+        self.calibration = calibration
+        self.store = store
+        self.listeners = tuple(listeners)
+
+    def run(self) -> Result:
+        """Go on to the end."""
+        filter = self.calibration.new_filter()
+        known = len(self.store.iterations())
+        while not filter.finished:
+            index = len(filter.iterations)
+            samples = filter.ask()
+            self.store.ask(index, samples, len(self.calibration.experiments))
+            self._evaluate(index, samples)
+            responses, failed = self._outcomes(samples)
+            filter.tell(samples, responses, failed)
+            self.store.complete(filter.iterations[-1])
+            replayed = index < known
+            if self.store.folder and (filter.finished or not replayed):
+                write_curves(Result(self.store), self.store.folder / CURVES)
+            for listener in self.listeners:
+                listener.iteration_ends(filter.iterations[-1], replayed)
+        self.store.stop(filter.stopped_by, filter.stopped_because)
+        for listener in self.listeners:
+            listener.stops(filter.stopped_by, filter.stopped_because)
+        return Result(self.store)
+
+    def _evaluate(self, iteration: int, samples: Samples) -> None:
+        """Evaluate what is waiting, one experiment after the other; a sample that fails in one is left out of the next."""
+        for number, experiment in enumerate(self.calibration.experiments):
+            waiting = samples.take(np.isin(samples.ids, self.store.waiting(iteration, number)))
+            if not len(waiting):
+                continue
+            for listener in self.listeners:
+                listener.experiment_begins(iteration, experiment.name, len(waiting), len(samples))
+            self.store.begin(waiting.ids, number)
+            for row, outcome in experiment.evaluate(waiting, self.calibration.number_of_workers):
+                id = int(waiting.ids[row])
+                self.store.record(id, number, outcome)
+                for listener in self.listeners:
+                    listener.evaluated(id, experiment.name, outcome)
+
+    def _outcomes(self, samples: Samples) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
+        """The responses of all samples, one (N, T, J) for each experiment, and which failed."""
+        failed = np.zeros(len(samples), dtype=bool)
+        responses = []
+        for number, experiment in enumerate(self.calibration.experiments):
+            responses.append(np.full((len(samples), *experiment.reference.values.shape), np.nan))
+            for row, id in enumerate(samples.ids):
+                outcome = self.store.outcome(id, number)
+                if isinstance(outcome, Response):
+                    responses[number][row] = outcome.observables(experiment.reference.names)
+                else:
+                    failed[row] = True
+        return responses, failed
+
+
+def write_curves(result: Result, folder: Path) -> None:
+    """The responses of the best and of the most probable sample, a file for each experiment."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise FolderError.of(folder, error) from error
+    for word, candidate in (("best", result.best), ("most_probable", result.most_probable)):
+        for experiment in result.experiments if candidate else ():
+            path = folder / f"{file_name(experiment.name)}_{word}.csv"
+            write_curve(path, result.response(candidate.sample, experiment.name), experiment.reference.control_name)

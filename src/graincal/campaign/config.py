@@ -1,0 +1,213 @@
+"""calibration.toml: its keys, and how a calibration is made of them. Paths are relative to the file."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.experiment import Experiment
+from graincal.campaign.section import Section, mistake, sentences
+from graincal.data import InputError, ParameterSpace, Reference
+from graincal.dem.packing import Packing
+from graincal.inference import METHODS, Stop
+from graincal.models import PythonModel, TriaxialTest
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Count = Annotated[int, Field(ge=1)]
+Off = Literal[False]
+Texts = dict[str, str]
+
+
+class Parameter(Section):
+    range: list[float] = Field(min_length=2, max_length=2, description="[low, high] with low < high")
+    unit: str = Field("", description='text such as "deg"')
+
+    @field_validator("range")
+    @classmethod
+    def _upwards(cls, limits: list[float]) -> list[float]:
+        if not limits[0] < limits[1]:
+            raise cls.unexpected("range", limits)
+        return limits
+
+
+class Observable(Section):
+    variance_share: Positive | None = Field(None, description="a number above 0, the smaller the more trusted")
+    measurement_error: Positive | None = Field(None, description="a standard deviation above 0 in the reference's own units")
+
+
+class ReferenceFile(Section):
+    file: str = Field(description="the name of a laboratory file")
+    columns: Texts = Field({}, description='a table of quantities and headers, such as { axial_strain = "Ea(%)" }')
+    units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
+    strain: str | Texts = Field("logarithmic", description='"logarithmic" or "engineering", or a table of quantities and these')
+    compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')
+    unloading: Literal["drop"] | None = Field(None, description='"drop"')
+    confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
+
+
+class TriaxialModel(Section):
+    kind: Literal["triaxial"] = Field(description='"triaxial"')
+    confining_pressure: Positive = Field(description="a number above 0, in Pa")
+    density_scaling: Positive = Field(1e3, description="a number above 0")
+    fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
+    largest_flagged_share: float = Field(0.1, ge=0, le=1, description="a number from 0 to 1")
+    step_limit: int = Field(20_000_000, ge=1, description="a whole number above 0")
+    packing: str | None = Field(None, description="the name of a packing file")
+    particles: int | None = Field(None, ge=1, description="a whole number above 0")
+    void_ratio: Positive | None = Field(None, description="a number above 0")
+    grading: str = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
+    seed: int = Field(1, ge=0, description="a whole number, not negative")
+
+    _PREPARATION = ("particles", "void_ratio", "grading", "seed")
+
+    @model_validator(mode="after")
+    def _one_packing(self) -> TriaxialModel:
+        prepared = self.model_fields_set & set(self._PREPARATION)
+        if self.packing is not None and prepared:
+            raise mistake(f" has both packing and {', '.join(sorted(prepared))}, and one of them was expected")
+        if self.packing is None and not {"particles", "void_ratio"} <= self.model_fields_set:
+            raise mistake(" needs either packing, the name of a file, or particles and void_ratio of one to prepare")
+        return self
+
+    def build(self, folder: Path) -> TriaxialTest:
+        """The test that is described."""
+        if self.packing is not None:
+            packing = Packing.read(folder / self.packing)
+        else:
+            from graincal.dem.preparation import prepare
+
+            file = folder / self.grading
+            packing = prepare(self.particles, self.void_ratio, file if file.exists() else self.grading, self.seed)
+        return TriaxialTest(packing, **self.given("kind", "packing", *self._PREPARATION))
+
+
+class FunctionModel(Section):
+    kind: Literal["python"] = Field(description='"python"')
+    function: str = Field(description='the name of a function as "module:name"')
+    control: list[float] | None = Field(None, description="a list of the control values that the function returns values at")
+
+    def build(self, folder: Path) -> PythonModel:
+        """The model that is described."""
+        return PythonModel(self.function, self.control, folder=folder.resolve())
+
+
+MODELS: dict[str, type[Section]] = {"triaxial": TriaxialModel, "python": FunctionModel}
+
+
+class ExperimentEntry(Section):
+    name: str = Field(min_length=1, description="text")
+    reference: ReferenceFile = Field(description="the name of a laboratory file, or a table [experiment.reference]")
+    control: str = Field("axial_strain", description="the name of the control variable")
+    observables: dict[str, Observable] = Field(min_length=1, description="a table such as { stress_ratio = { variance_share = 0.5 } }")
+    model: TriaxialModel | FunctionModel = Field(description='a table with kind = "triaxial" or "python"')
+
+    @field_validator("model", mode="plain")
+    @classmethod
+    def _by_kind(cls, table: Any) -> Section:
+        kind = table.get("kind") if isinstance(table, dict) else None
+        if kind not in MODELS:
+            raise cls.unexpected("model", table)
+        return MODELS[kind].model_validate(table)
+
+    @field_validator("reference", mode="before")
+    @classmethod
+    def _name_alone(cls, value: Any) -> Any:
+        return {"file": value} if isinstance(value, str) else value
+
+    @field_validator("observables")
+    @classmethod
+    def _all_shares_or_none(cls, observables: dict[str, Observable]) -> dict[str, Observable]:
+        without = [name for name, observable in observables.items() if observable.variance_share is None]
+        if without and len(without) < len(observables):
+            raise mistake(f" have a variance_share for some, and one for {', '.join(without)} too was expected")
+        return observables
+
+    def build(self, folder: Path) -> Experiment:
+        """The experiment that is described, with its reference and packing read."""
+        try:
+            return Experiment(self.name, self.model.build(folder), self._read_reference(folder))
+        except InputError as error:
+            raise InputError(f'experiment "{self.name}": {error}') from error
+
+    def _read_reference(self, folder: Path) -> Reference:
+        options = self.reference.given("file")
+        if isinstance(self.model, TriaxialModel):
+            options.setdefault("confining_pressure", self.model.confining_pressure)
+        errors = {name: entry.measurement_error for name, entry in self.observables.items() if entry.measurement_error}
+        shares = {name: entry.variance_share for name, entry in self.observables.items()}
+        observables = tuple(shares) if None in shares.values() else shares
+        return Reference.read(folder / self.reference.file, self.control, observables, measurement_errors=errors, **options)
+
+
+class FilterSection(Section):
+    method: str = Field("iterative-bayesian", description=" or ".join(f'"{method}"' for method in METHODS))
+    alpha: Positive = Field(10, description="a number above 0")
+    effective_sample_size: float = Field(0.3, gt=0, lt=1, description="a number between 0 and 1")
+    scale: Literal["peak", "pointwise"] = Field("peak", description='"peak" or "pointwise"')
+    covariance: Literal["tied", "full"] = Field("tied", description='"tied" or "full"')
+
+
+class StopSection(Section):
+    s: NotNegative | Off = Field(0.01, description="a number, not negative, or false")
+    gl_error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
+    error: NotNegative | Off = Field(2.0, description="percent, not negative, or false")
+    error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
+    max_iterations: Count | Off = Field(20, description="a whole number above 0, or false")
+    max_evaluations: Count | Off = Field(False, description="a whole number above 0, or false")
+
+
+class RunSection(Section):
+    workers: Count | Literal["all"] = Field("all", description='a whole number above 0, or "all"')
+    seed: int = Field(1, ge=0, description="a whole number, not negative")
+
+
+class CalibrationFile(Section):
+    parameters: dict[str, Parameter] = Field(min_length=1, description="a table such as phi = { range = [0, 60] }")
+    experiment: list[ExperimentEntry] = Field(min_length=1, description="at least one table [[experiment]]")
+    filter: FilterSection = Field(FilterSection(), description="a table [filter]")
+    stop: StopSection = Field(StopSection(), description="a table [stop]")
+    run: RunSection = Field(RunSection(), description="a table [run]")
+
+
+def read_calibration(path: str | Path) -> Calibration:
+    """Read a calibration file and all that it names, and check that it can be calibrated.
+
+    Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected.
+    """
+    path = Path(path)
+    try:
+        source = path.read_text(encoding="utf-8-sig")
+        content = tomllib.loads(source)
+    except OSError as error:
+        raise InputError(f"{path}: a calibration file was expected here ({error.strerror}).") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: this is not TOML, {error}.") from None
+    try:
+        file = CalibrationFile.model_validate(content)
+    except ValidationError as error:
+        raise InputError("\n".join(f"{path}: {sentence}" for sentence in sentences(error, content))) from None
+    try:
+        return _build(file, path.parent, source).check()
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
+    space = ParameterSpace({name: entry.range for name, entry in file.parameters.items()}, {name: entry.unit for name, entry in file.parameters.items()})
+    return Calibration(
+        space,
+        [entry.build(folder) for entry in file.experiment],
+        file.filter.method,
+        file.filter.given("method"),
+        Stop(**file.stop.given()),
+        file.run.seed,
+        file.run.workers,
+        source,
+    )

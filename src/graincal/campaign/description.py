@@ -1,0 +1,107 @@
+"""Calibrations as plain data (what JSON holds) and back, so that a campaign's folder needs nothing beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.experiment import Experiment, Model
+from graincal.data import Failure, InputError, ParameterSpace, Reference, Response, Samples
+from graincal.dem.packing import Packing
+from graincal.inference import Stop
+from graincal.models import PythonModel, TriaxialTest
+
+
+def describe(calibration: Calibration) -> dict[str, Any]:
+    """Everything that determines what the campaign finds. Numbers keep every digit; equal calibrations have equal descriptions."""
+    space = calibration.space
+    return {
+        "parameters": [
+            {"name": name, "range": [float(low), float(high)], "unit": unit} for name, low, high, unit in zip(space.names, space.low, space.high, space.units)
+        ],
+        "experiments": [
+            {"name": experiment.name, "reference": _describe_reference(experiment.reference), "model": _describe_model(experiment.model)}
+            for experiment in calibration.experiments
+        ],
+        "method": calibration.method,
+        "filter": dict(calibration.filter_options),
+        "stop": asdict(calibration.stop),
+        "seed": int(calibration.seed),
+    }
+
+
+def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
+    """The calibration that was described; `others` are its fields that a description leaves out."""
+    parameters = description["parameters"]
+    space = ParameterSpace({p["name"]: tuple(p["range"]) for p in parameters}, {p["name"]: p["unit"] for p in parameters})
+    experiments = [Experiment(e["name"], _restore_model(e["model"]), _restore_reference(e["reference"])) for e in description["experiments"]]
+    return Calibration(
+        space, experiments, description["method"], description["filter"], Stop(**description["stop"]), description["seed"], **others
+    )
+
+
+@dataclass(frozen=True)
+class AbsentModel:
+    """A model that was handed over in Python, and of which a store can only keep the name."""
+
+    name: str
+
+    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+        """Raise InputError: there is nothing to evaluate with."""
+        raise InputError(f"its model ({self.name}) was handed over in Python, so that it must be again: graincal.resume(folder, model).")
+
+
+def _describe_reference(reference: Reference) -> dict[str, Any]:
+    return {
+        "control_name": reference.control_name,
+        "control": reference.control.tolist(),
+        "observables": {name: values.tolist() for name, values in reference.observables.items()},
+        "variance_shares": dict(reference.variance_shares),
+        "measurement_errors": dict(reference.measurement_errors),
+        "notes": list(reference.notes),
+    }
+
+
+def _restore_reference(described: Mapping[str, Any]) -> Reference:
+    return Reference(
+        described["control"],
+        described["observables"],
+        described["variance_shares"],
+        described["measurement_errors"],
+        control_name=described["control_name"],
+        notes=tuple(described["notes"]),
+    )
+
+
+def _describe_model(model: Model) -> dict[str, Any]:
+    if isinstance(model, TriaxialTest):
+        return {
+            "kind": "triaxial",
+            "packing": {name: getattr(model.packing, name).tolist() for name in ("positions", "radii", "edges")} | {"name": model.packing.name},
+            "confining_pressure": float(model.confining_pressure),
+            "density_scaling": float(model.density_scaling),
+            "fixed": dict(model.fixed),
+            "largest_flagged_share": model.largest_flagged_share,
+            "step_limit": model.step_limit,
+        }
+    if isinstance(model, PythonModel) and isinstance(model.function, str):
+        control = None if model.control is None else model.control.tolist()
+        return {"kind": "python", "function": model.function, "folder": str(model.folder.resolve()) if model.folder else None, "control": control}
+    named = model.function if isinstance(model, PythonModel) else type(model)
+    return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
+
+
+def _restore_model(described: Mapping[str, Any]) -> Model:
+    options = {key: value for key, value in described.items() if key != "kind"}
+    if described["kind"] == "triaxial":
+        packing = {name: np.array(value) if name != "name" else value for name, value in options.pop("packing").items()}
+        return TriaxialTest(Packing(**packing), **options)
+    if described["kind"] == "python":
+        return PythonModel(options["function"], options["control"], folder=Path(options["folder"]) if options["folder"] else None)
+    return AbsentModel(described["name"])

@@ -1,0 +1,55 @@
+"""One test of a calibration: a model and the reference it is compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from graincal.data import Failure, InputError, Reference, Response, Samples
+from graincal.models.interpolation import interpolate
+
+
+class Model(Protocol):
+    """Whatever evaluates samples."""
+
+    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+        """Evaluate each sample at the control values `at` and yield (row, Response or Failure) in order of completion.
+
+        Closing the iterator stops what is under way. Raises InputError for what no sample can mend, also when there are no samples.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A test by its name, the model that runs it and the reference that was measured."""
+
+    name: str
+    model: Model
+    reference: Reference
+
+    def evaluate(self, samples: Samples, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+        """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the reference's control, its observables finite."""
+        outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers))
+        try:
+            for row, outcome in outcomes:
+                yield row, self._compared(outcome) if isinstance(outcome, Response) else outcome
+        finally:
+            # Not left to the garbage collector: simulations under way are stopped now.
+            if hasattr(outcomes, "close"):
+                outcomes.close()
+
+    def _compared(self, response: Response) -> Response | Failure:
+        """The response at the reference's control values, or why it cannot be compared."""
+        if missing := [name for name in self.reference.names if name not in response.values]:
+            raise InputError(f'experiment "{self.name}": the model returns {", ".join(response.values)}, and the reference needs {", ".join(missing)} too.')
+        outcome = interpolate(response, self.reference.control)
+        for name in self.reference.names if isinstance(outcome, Response) else ():
+            finite = np.isfinite(outcome.values[name])
+            if not finite.all():
+                where = f"{self.reference.control_name} {self.reference.control[np.argmin(finite)]:g}"
+                return Failure("output", f"{name} is not finite at {where}.", outcome.details)
+        return outcome

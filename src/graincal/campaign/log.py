@@ -1,0 +1,109 @@
+"""DIR/log.txt: what happened, a line each. Whoever runs the campaign holds it locked, so that no two write to one folder."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import time
+from datetime import datetime
+from pathlib import Path
+
+from graincal.campaign.listener import Listener
+from graincal.campaign.trouble import FolderError
+from graincal.data import Failure, InputError, Response
+from graincal.inference import Iteration
+
+NAME = "log.txt"
+
+_PATIENCE = 1.0
+"""Seconds to wait for a lock: a reader that looks whether it is held holds it for an instant itself."""
+
+
+class Log(Listener):
+    """The log of a campaign's folder, open for writing and locked until it is closed.
+
+    Raises InputError where another process holds it, FolderError where it cannot be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / NAME
+        try:
+            self._file = open(self.path, "a", encoding="utf-8")
+        except OSError as error:
+            raise FolderError.of(self.path, error) from error
+        if not self._lock():
+            self._file.close()
+            raise InputError(f"{folder}: another process is running this campaign; `graincal status {folder}` says how far it is.")
+
+    def write(self, text: str) -> None:
+        """Add a line with the time."""
+        try:
+            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {text}\n")
+            self._file.flush()
+        except OSError as error:
+            raise FolderError.of(self.path, error) from error
+
+    def remark(self, text: str) -> None:
+        self.write(text)
+
+    def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
+        self.write(f'Iteration {iteration}, "{experiment}": {waiting} of {samples} samples to evaluate.')
+
+    def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
+        seconds = outcome.details.get("seconds")
+        took = "" if seconds is None else f" after {seconds:.3g} s"
+        how = "finished" if isinstance(outcome, Response) else f"failed ({outcome.kind}: {outcome.reason})"
+        self.write(f'Sample {sample}, "{experiment}": {how}{took}.')
+
+    def iteration_ends(self, iteration: Iteration, replayed: bool) -> None:
+        if not replayed:
+            self.write(f"Iteration {iteration.index} is complete: {describe_iteration(iteration)}.")
+
+    def stops(self, by: str, because: str) -> None:
+        self.write(f"Stops by {by}. {because}")
+
+    def close(self) -> None:
+        """Give the lock back."""
+        self._file.close()
+
+    def _lock(self) -> bool:
+        deadline = time.monotonic() + _PATIENCE
+        while True:
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return True
+            except BlockingIOError:
+                if time.monotonic() > deadline:
+                    return False
+                time.sleep(0.05)
+            except OSError:
+                # A file system that knows no locks: the database's own still keep two writers from mixing their pages.
+                return True
+
+
+def describe_iteration(iteration: Iteration) -> str:
+    """The figures of an iteration in a line."""
+    failed = f"{iteration.failed.sum()} of {len(iteration.failed)} failed"
+    if iteration.unweighted:
+        return f"{failed}, no weights: {iteration.unweighted}"
+    return (
+        f"{failed}, s = {iteration.s:.3g}, ESS = {iteration.effective_sample_size:.2f}, GL error {iteration.gl_error:.2f} %, "
+        f"most probable sample's error {iteration.error:.2f} %"
+    )
+
+
+def is_running(folder: Path) -> bool:
+    """Whether a process runs the campaign of a folder at this moment."""
+    try:
+        file = os.open(folder / NAME, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return False
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(file)

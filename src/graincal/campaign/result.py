@@ -1,0 +1,153 @@
+"""What a calibration found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign.experiment import Experiment
+from graincal.campaign.store import Store
+from graincal.data import Failure, InputError, ParameterSpace, Response
+from graincal.inference import Grade, Posterior, Stop, grade
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One of the samples: its id and iteration, theta (n,) and its error (Hartmann, Cheng, Thornton 2022, Eq. 6), in percent."""
+
+    sample: int
+    iteration: int
+    theta: NDArray[np.float64]
+    error: float
+
+
+class Result:
+    """What a campaign found in its complete iterations, as its store holds it. N samples in the order asked, n parameters, E experiments.
+
+    samples (N, n), ids (N,), iteration (N,): every sample and the iteration that asked for it. errors (N,): percent, Eq. 6; NaN for a failure.
+    observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment.
+    seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
+    iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
+    stopped_by, stopped_because: the criterion and a sentence; None while the campaign is not at its end.
+    calibration: what was asked. provenance: what it was computed with. started: when, ISO 8601.
+    """
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self.calibration = store.calibration
+        self.provenance = store.provenance
+        self.started = store.meta("started")
+        self.stopped_by = store.meta("stopped_by")
+        self.stopped_because = store.meta("stopped_because")
+        self.iterations = store.iterations()
+        if not self.iterations:
+            raise InputError(f"{store.folder or 'the campaign'}: no iteration is complete yet, so there is no result.")
+        self.ids = np.concatenate([iteration.samples.ids for iteration in self.iterations])
+        self.samples = np.concatenate([iteration.samples.theta for iteration in self.iterations])
+        self.iteration = np.concatenate([np.full(len(iteration.samples), iteration.index) for iteration in self.iterations])
+        self.errors = np.concatenate([iteration.errors for iteration in self.iterations])
+        self.observable_errors = np.concatenate([iteration.observable_errors for iteration in self.iterations])
+        self.failed = np.concatenate([iteration.failed for iteration in self.iterations])
+        self.seconds, self.attempts = self._runs()
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Result:
+        """The result in a campaign's folder, also of one that is still running. Raises InputError while no iteration is complete."""
+        return cls(Store.open(Path(folder)))
+
+    @property
+    def space(self) -> ParameterSpace:
+        """The unknowns and their ranges."""
+        return self.calibration.space
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments, each with its name, reference and model."""
+        return self.calibration.experiments
+
+    @property
+    def stop(self) -> Stop:
+        """The criteria that were asked for."""
+        return self.calibration.stop
+
+    @property
+    def evaluations(self) -> int:
+        """The number of samples evaluated, N; each in every experiment."""
+        return len(self.samples)
+
+    @property
+    def failures(self) -> int:
+        """How many of the samples failed."""
+        return int(self.failed.sum())
+
+    @property
+    def best(self) -> Candidate | None:
+        """The sample of the smallest error; None if all failed."""
+        return None if self.failed.all() else self._candidate(int(np.nanargmin(self.errors)))
+
+    @property
+    def most_probable(self) -> Candidate | None:
+        """The sample of the largest weight in the last iteration that has weights: the paper's answer. None without weights."""
+        weighted = [iteration for iteration in self.iterations if not iteration.unweighted]
+        if not weighted:
+            return None
+        last = weighted[-1]
+        return self._candidate(int(np.searchsorted(self.ids, last.samples.ids[last.most_probable])))
+
+    @property
+    def posterior(self) -> Posterior | None:
+        """The weighted samples of the last iteration that has weights; None without."""
+        return next((iteration.posterior for iteration in reversed(self.iterations) if not iteration.unweighted), None)
+
+    @cached_property
+    def grade(self) -> Grade:
+        """"optimal" or "sub-optimal", and why, of the last iteration."""
+        return grade(self.iterations[-1], self.stop)
+
+    def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:
+        """What the evaluation of a sample (its id) gave in an experiment (its number or name); None where it was left out after a failure in another."""
+        return self._store.outcome(sample, self._number(experiment))
+
+    def responses(self, iteration: int, experiment: int | str = 0) -> dict[str, NDArray[np.float64]]:
+        """All responses of an iteration in an experiment: name -> (N, T), in the samples' order, NaN for failures. Feed them to the posterior's moments."""
+        outcomes = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids]
+        names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
+        states = len(self.experiments[self._number(experiment)].reference.control)
+        nothing = np.full(states, np.nan)
+        return {name: np.array([o.values.get(name, nothing) if isinstance(o, Response) else nothing for o in outcomes]) for name in names}
+
+    def failure_kinds(self) -> list[tuple[str, str, int]]:
+        """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
+        return self._store.failure_kinds()
+
+    def report(self, path: str | Path) -> Path:
+        """Write the report, one HTML file, and return its path."""
+        from graincal.report import write_report
+
+        write_report(self, Path(path))
+        return Path(path)
+
+    def _number(self, experiment: int | str) -> int:
+        if isinstance(experiment, int):
+            return experiment
+        names = [each.name for each in self.experiments]
+        if experiment not in names:
+            raise InputError(f'there is no experiment "{experiment}"; there are {", ".join(names)}.')
+        return names.index(experiment)
+
+    def _candidate(self, row: int) -> Candidate:
+        return Candidate(int(self.ids[row]), int(self.iteration[row]), self.samples[row], float(self.errors[row]))
+
+    def _runs(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        seconds = np.full((len(self.ids), len(self.experiments)), np.nan)
+        attempts = np.zeros(seconds.shape, dtype=np.int64)
+        rows = {int(id): row for row, id in enumerate(self.ids)}
+        for sample, experiment, tries, took in self._store.runs():
+            if sample in rows:
+                attempts[rows[sample], experiment] = tries
+                seconds[rows[sample], experiment] = np.nan if took is None else took
+        return seconds, attempts

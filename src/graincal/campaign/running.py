@@ -1,0 +1,151 @@
+"""Beginning a campaign, and going on with one: from Python, and beneath the command line."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from contextlib import closing, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.campaign import CURVES, Campaign
+from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.listener import Listener
+from graincal.campaign.log import Log
+from graincal.campaign.provenance import differences, provenance
+from graincal.campaign.result import Result
+from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.trouble import FolderError
+from graincal.data import InputError, ParameterSpace, Reference
+from graincal.inference import Stop
+
+CALIBRATION_FILE = "campaign.toml"
+REPORT = "report.html"
+
+
+def calibrate(
+    model: Model | Sequence[Experiment],
+    reference: Reference | None = None,
+    space: ParameterSpace | None = None,
+    *,
+    method: str = "iterative-bayesian",
+    seed: int = 1,
+    max_evaluations: int | None = None,
+    workers: int | Literal["all"] = "all",
+    folder: str | Path | None = None,
+    stop: Stop = Stop(),
+    **filter_options: Any,
+) -> Result:
+    """Calibrate a model against a reference, or several experiments at once.
+
+    >>> result = calibrate(model, reference, space, seed=1)                                      # doctest: +SKIP
+    >>> result = calibrate([Experiment("0.5 MPa", test, reference), ...], space=space)           # doctest: +SKIP
+
+    space: the unknowns; theta is in its order. method: "iterative-bayesian" (Hartmann, Cheng, Thornton 2022) or "sequential-monte-carlo".
+    max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
+    must hold none yet, and `resume` goes on with it. Without, it is kept in memory. filter_options: alpha, effective_sample_size, scale, covariance
+    (see `IterativeBayesianFilter`).
+    Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
+    """
+    if isinstance(model, Sequence):
+        experiments = list(model)
+        if reference is not None or not all(isinstance(experiment, Experiment) for experiment in experiments):
+            raise InputError("calibrate takes one model with its reference, or a list of Experiment(name, model, reference).")
+    elif reference is None:
+        raise InputError("calibrate needs the reference that the model is compared with.")
+    else:
+        experiments = [Experiment("experiment", model, reference)]
+    if max_evaluations is not None:
+        stop = replace(stop, max_evaluations=max_evaluations)
+    return begin(Calibration(space, experiments, method, filter_options, stop, seed, workers), folder)
+
+
+def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = ()) -> Result:
+    """Run a new campaign, in memory or in a folder that holds none."""
+    calibration.check()
+    if folder is None:
+        return Campaign(calibration, Store.create(calibration), listeners).run()
+    folder = Path(folder)
+    _refuse_occupied(folder, calibration)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FolderError.of(folder, error) from error
+    with closing(Log(folder)) as log:
+        # Once more under the lock: another process may have begun here.
+        _refuse_occupied(folder, calibration)
+        return _run(calibration, Store.create(calibration, folder), log, listeners)
+
+
+def resume(
+    folder: str | Path,
+    model: Model | Sequence[Model] | None = None,
+    *,
+    workers: int | Literal["all"] | None = None,
+    listeners: Sequence[Listener] = (),
+) -> Result:
+    """Go on with the campaign of a folder, to the result that it would have had if nothing had stopped it.
+
+    model: needed where a function was handed over in Python; the models in the order of the experiments if there are several.
+    workers: those of the beginning by default.
+    Raises InputError where the folder holds no campaign, or one that another process is running.
+    """
+    folder = Path(folder)
+    store = Store.open(folder)
+    calibration = store.calibration
+    if model is not None:
+        calibration = replace(calibration, experiments=_with_models(calibration.experiments, model))
+    if workers is not None:
+        calibration = replace(calibration, workers=workers)
+    if store.meta("stopped_by"):
+        return Result(store)
+    calibration.check()
+    with closing(Log(folder)) as log:
+        return _run(calibration, store, log, listeners)
+
+
+def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[Listener]) -> Result:
+    now = provenance()
+    log.write("Runs with " + ", ".join(f"{name} {value}" for name, value in now.items()) + f", {calibration.number_of_workers} workers.")
+    _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
+    listeners = (*listeners, log)
+    if changed := differences(store.provenance, now):
+        for listener in listeners:
+            listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")
+    try:
+        return Campaign(calibration, store, listeners).run()
+    except BaseException as error:
+        with suppress(FolderError):
+            log.write(f"Ends before its end: {str(error) or type(error).__name__}")
+        raise
+
+
+def _refuse_occupied(folder: Path, calibration: Calibration) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: this is a file, and a folder was expected.")
+    if holds_campaign(folder):
+        with closing(Store.open(folder)) as store:
+            if store.keeps(calibration):
+                raise InputError(f"{folder}: this calibration was begun here before, go on with it by: graincal resume {shlex.quote(str(folder))}")
+        raise InputError(f"{folder}: this folder holds another campaign, and a new one needs a folder of its own.")
+    for name in (CALIBRATION_FILE, REPORT, CURVES):
+        if (folder / name).exists():
+            raise InputError(f"{folder}: {name} is there already and belongs to no campaign, and a new one needs a folder of its own.")
+
+
+def _keep_source(path: Path, source: str) -> None:
+    """A copy of the calibration file beside the store, for people; the store itself holds all that is needed."""
+    try:
+        if source and not path.exists():
+            path.write_text(source, encoding="utf-8")
+    except OSError as error:
+        raise FolderError.of(path, error) from error
+
+
+def _with_models(experiments: Sequence[Experiment], model: Model | Sequence[Model]) -> list[Experiment]:
+    models = list(model) if isinstance(model, Sequence) else [model]
+    if len(models) != len(experiments):
+        raise InputError(f"resume needs a model for each of the {len(experiments)} experiments, and {len(models)} were given.")
+    return [replace(experiment, model=model) for experiment, model in zip(experiments, models)]

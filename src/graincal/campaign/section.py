@@ -1,0 +1,88 @@
+"""Tables of a configuration file, whose mistakes are said in sentences with the key and what was expected."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+
+class Section(BaseModel):
+    """A table of the file. Each field's description says what is expected, as the end of a sentence."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    def given(self, *left_out: str) -> dict[str, Any]:
+        """The keys that the file has, with their values; the others keep the defaults of whoever is handed them."""
+        return self.model_dump(exclude_unset=True, exclude=set(left_out))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, table: Any) -> Any:
+        if not isinstance(table, dict):
+            raise mistake(f" must be a table with {', '.join(cls.model_fields)}, not {_show(table)}")
+        for key in table:
+            if key not in cls.model_fields:
+                raise mistake(f".{key} is not a key that is known here, and one of {', '.join(cls.model_fields)} was expected")
+        for key, field in cls.model_fields.items():
+            if field.is_required() and key not in table:
+                raise mistake(f".{key} is missing, and {field.description} was expected")
+        return table
+
+    @field_validator("*", mode="wrap")
+    @classmethod
+    def _check_value(cls, value: Any, validate, info) -> Any:
+        field = cls.model_fields[info.field_name]
+        try:
+            return validate(value)
+        except ValidationError as error:
+            if _holds_sections(field.annotation) and any(line["loc"] or line["type"] == "mistake" for line in error.errors()):
+                raise
+            raise cls.unexpected(info.field_name, value) from None
+
+    @classmethod
+    def unexpected(cls, key: str, value: Any) -> PydanticCustomError:
+        """The mistake of a value that is not what its key expects."""
+        return mistake(f" must be {cls.model_fields[key].description}, not {_show(value)}")
+
+
+def mistake(words: str) -> PydanticCustomError:
+    """What is wrong with a table or a value: the sentence that begins with its key."""
+    return PydanticCustomError("mistake", "{words}", {"words": words})
+
+
+def sentences(error: ValidationError, content: Mapping[str, Any]) -> list[str]:
+    """A sentence for each mistake in the content of a file."""
+    return [re.sub(r"(^|: )[. ]", r"\1", f"{_name(line['loc'], content)}{line['msg']}.") for line in error.errors()]
+
+
+def _name(location: tuple[int | str, ...], content: Any) -> str:
+    """The keys on the way to a value, each with what parts it from the one before; an element of a list goes by its name, if it has one."""
+    name = ""
+    for part in location:
+        content = content[part]
+        called = content.get("name") if isinstance(content, dict) else None
+        if isinstance(part, str):
+            name += f".{part}"
+        else:
+            name += f' "{called}": ' if isinstance(called, str) else f" {part + 1}: "
+    return name
+
+
+def _holds_sections(annotation: Any) -> bool:
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return True
+    return any(map(_holds_sections, get_args(annotation)))
+
+
+def _show(value: Any) -> str:
+    """A value as TOML writes it, shortened."""
+    try:
+        text = json.dumps(value, ensure_ascii=False)
+    except TypeError:
+        text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

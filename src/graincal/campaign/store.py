@@ -1,0 +1,286 @@
+"""DIR/campaign.db: everything a campaign knows, in SQLite. One process writes; any number read meanwhile.
+
+Every change is one transaction on disk before the next thing happens, so that killing the process at any instant loses only what was under way.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from datetime import datetime, timezone
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.description import describe, restore
+from graincal.campaign.provenance import provenance
+from graincal.campaign.trouble import FolderError
+from graincal.data import Failure, InputError, Response, Samples
+from graincal.inference import Iteration
+
+NAME = "campaign.db"
+VERSION = 1
+
+# theta and details are JSON; arrays are .npy (arrays.py). An evaluation is "waiting" until it is "finished" (a response) or "failed" (a reason).
+_SCHEMA = """
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE sample (id INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, theta TEXT NOT NULL);
+CREATE INDEX sample_by_iteration ON sample (iteration);
+CREATE TABLE evaluation (
+    sample INTEGER NOT NULL REFERENCES sample (id),
+    experiment INTEGER NOT NULL,
+    state TEXT NOT NULL CHECK (state IN ('waiting', 'finished', 'failed')),
+    attempts INTEGER NOT NULL,
+    ended TEXT, seconds REAL, details TEXT, response BLOB, kind TEXT, reason TEXT,
+    PRIMARY KEY (sample, experiment)
+);
+CREATE TABLE iteration (
+    id INTEGER PRIMARY KEY, s REAL, effective_sample_size REAL, gl_error REAL, unweighted TEXT NOT NULL,
+    weights BLOB NOT NULL, errors BLOB NOT NULL, observable_errors BLOB NOT NULL
+);
+"""
+
+
+class Store:
+    """The database of a campaign. `folder` is None for one in memory, which ends with the object."""
+
+    def __init__(self, folder: Path | None, connection: sqlite3.Connection) -> None:
+        self.folder = folder
+        self._connection = connection
+
+    @classmethod
+    def create(cls, calibration: Calibration, folder: Path | None = None) -> Store:
+        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`)."""
+        store = cls(folder, _connect(folder / NAME, create=True) if folder else sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False))
+        meta = {
+            "description": _as_json(describe(calibration)),
+            "workers": json.dumps(calibration.workers),
+            "source": calibration.source,
+            "provenance": json.dumps(provenance()),
+            "started": _now(),
+        }
+        with store._transaction() as db:
+            for statement in _SCHEMA.split(";"):
+                db.execute(statement)
+            db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
+            db.execute(f"PRAGMA user_version = {VERSION}")
+        return store
+
+    @classmethod
+    def open(cls, folder: Path) -> Store:
+        """The store of a folder. Raises InputError where the folder holds no campaign, or one that another version of graincal wrote."""
+        if not holds_campaign(folder):
+            raise InputError(f"{folder}: there is no campaign in this folder (no {NAME}).")
+        store = cls(folder, _connect(folder / NAME))
+        if store.version() != VERSION:
+            raise InputError(f"{folder / NAME}: this campaign has the format {store.version()}, and this graincal reads the format {VERSION}.")
+        return store
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._connection.close()
+
+    def version(self) -> int:
+        """The format of the database; 0 for an empty one."""
+        return self._rows("PRAGMA user_version")[0][0]
+
+    # What was asked
+
+    @cached_property
+    def description(self) -> dict[str, Any]:
+        """The calibration as plain data (description.py)."""
+        return json.loads(self.meta("description"))
+
+    @cached_property
+    def calibration(self) -> Calibration:
+        """The calibration, with models as far as they can be found again."""
+        return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"))
+
+    def keeps(self, calibration: Calibration) -> bool:
+        """Whether this is the store of a calibration; only the workers may differ."""
+        return json.loads(_as_json(describe(calibration))) == self.description
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """What the campaign was begun with."""
+        return json.loads(self.meta("provenance"))
+
+    def meta(self, key: str) -> str | None:
+        """A text that is kept once: "started" (time), "source", "stopped_by", "stopped_because"; None if it is not there."""
+        rows = self._rows("SELECT value FROM meta WHERE key = ?", key)
+        return rows[0][0] if rows else None
+
+    # Samples and their evaluations
+
+    def ask(self, iteration: int, samples: Samples, experiments: int) -> None:
+        """Keep the samples of an iteration, to be evaluated in each experiment. Raises InputError if it holds others under their ids."""
+        kept = self.samples(iteration)
+        if len(kept):
+            if not np.array_equal(kept.ids, samples.ids) or not np.allclose(kept.theta, samples.theta, rtol=1e-9, atol=1e-12):
+                raise InputError(
+                    f"{self.folder}: iteration {iteration} comes out with other samples than are stored, so this campaign can only go on with what "
+                    "it was begun with: " + ", ".join(f"{name} {value}" for name, value in self.provenance.items()) + "."
+                )
+            return
+        ids = [int(id) for id in samples.ids]
+        with self._transaction() as db:
+            db.executemany("INSERT INTO sample VALUES (?, ?, ?)", [(id, iteration, json.dumps(theta.tolist())) for id, theta in zip(ids, samples.theta)])
+            db.executemany(
+                "INSERT INTO evaluation (sample, experiment, state, attempts) VALUES (?, ?, 'waiting', 0)",
+                [(id, experiment) for id in ids for experiment in range(experiments)],
+            )
+
+    def samples(self, iteration: int) -> Samples:
+        """The samples of an iteration; none if it has not begun."""
+        return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration = ? ORDER BY id", iteration))
+
+    def waiting(self, iteration: int, experiment: int) -> NDArray[np.int64]:
+        """Ids of the samples that have no outcome in an experiment, and did not fail in another."""
+        query = """
+            SELECT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND experiment = ? AND state = 'waiting'
+            AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed') ORDER BY sample"""
+        return np.array([id for (id,) in self._rows(query, iteration, experiment)], dtype=np.int64)
+
+    def begin(self, ids: Sequence[int], experiment: int) -> None:
+        """Count an attempt at each of the samples."""
+        with self._transaction() as db:
+            db.executemany(
+                "UPDATE evaluation SET attempts = attempts + 1 WHERE sample = ? AND experiment = ?", [(int(id), experiment) for id in ids]
+            )
+
+    def record(self, id: int, experiment: int, outcome: Response | Failure) -> None:
+        """Keep the outcome of one evaluation."""
+        details = {name: float(value) for name, value in outcome.details.items()}
+        if isinstance(outcome, Response):
+            found = ("finished", pack_columns(outcome.values), None, None)
+        else:
+            found = ("failed", None, outcome.kind, outcome.reason)
+        with self._transaction() as db:
+            db.execute(
+                """UPDATE evaluation SET state = ?, response = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
+                   WHERE sample = ? AND experiment = ?""",
+                (*found, _now(), details.get("seconds"), json.dumps(details), int(id), experiment),
+            )
+
+    def outcome(self, id: int, experiment: int) -> Response | Failure | None:
+        """What the evaluation of a sample gave in an experiment; None if it has not ended."""
+        rows = self._rows("SELECT state, details, response, kind, reason FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
+        state, details, response, kind, reason = rows[0] if rows else ("waiting", None, None, None, None)
+        if state == "finished":
+            return Response(self.calibration.experiments[experiment].reference.control, unpack_columns(response), json.loads(details))
+        return Failure(kind, reason, json.loads(details)) if state == "failed" else None
+
+    def counts(self, iteration: int | None = None) -> dict[str, int]:
+        """How many samples there are, how many are evaluated in every experiment or failed in one, and how many of these failed."""
+        chosen, arguments = ("", ()) if iteration is None else ("WHERE iteration = ?", (iteration,))
+        query = f"""
+            SELECT count(*), coalesce(sum(failed OR NOT waiting), 0), coalesce(sum(failed), 0) FROM (
+                SELECT max(state = 'failed') AS failed, max(state = 'waiting') AS waiting
+                FROM evaluation JOIN sample ON sample.id = sample {chosen} GROUP BY sample)"""
+        return dict(zip(("samples", "evaluated", "failed"), self._rows(query, *arguments)[0]))
+
+    def runs(self) -> list[tuple[int, int, int, float | None]]:
+        """(sample, experiment, attempts, seconds) of every evaluation asked for; seconds are None where they are not known."""
+        return self._rows("SELECT sample, experiment, attempts, seconds FROM evaluation ORDER BY sample, experiment")
+
+    def failure_kinds(self) -> list[tuple[str, str, int]]:
+        """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
+        return self._rows("SELECT kind, min(reason), count(*) FROM evaluation WHERE state = 'failed' GROUP BY kind ORDER BY count(*) DESC")
+
+    def last_iteration(self) -> int | None:
+        """The iteration that was last begun."""
+        return self._rows("SELECT max(iteration) FROM sample")[0][0]
+
+    def last_ended(self) -> str | None:
+        """When the last evaluation ended, ISO 8601."""
+        return self._rows("SELECT max(ended) FROM evaluation")[0][0]
+
+    # Iterations and the end
+
+    def complete(self, iteration: Iteration) -> None:
+        """Keep what an iteration found, unless it is kept already."""
+        numbers = [float(value) for value in (iteration.s, iteration.effective_sample_size, iteration.gl_error)]
+        arrays = [pack_array(array) for array in (iteration.weights, iteration.errors, iteration.observable_errors)]
+        with self._transaction() as db:
+            # SQLite keeps NaN as NULL.
+            db.execute("INSERT OR IGNORE INTO iteration VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (iteration.index, *numbers, iteration.unweighted, *arrays))
+
+    def iterations(self) -> tuple[Iteration, ...]:
+        """The iterations that are complete; their proposals are not kept."""
+        return tuple(self._iteration(*row) for row in self._rows("SELECT * FROM iteration ORDER BY id"))
+
+    def stop(self, by: str, because: str) -> None:
+        """Keep why the calibration is at its end."""
+        with self._transaction() as db:
+            db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", [("stopped_by", by), ("stopped_because", because)])
+
+    def _iteration(self, index: int, s: float, size: float, gl_error: float, unweighted: str, *blobs: bytes) -> Iteration:
+        weights, errors, observable_errors = map(unpack_array, blobs)
+        s, size, gl_error = (np.nan if value is None else value for value in (s, size, gl_error))
+        # Only a failure has no error.
+        return Iteration(index, self.samples(index), None, np.isnan(errors), observable_errors, errors, weights, s, size, gl_error, unweighted)
+
+    def _as_samples(self, rows: Sequence[tuple[int, str]]) -> Samples:
+        names = tuple(parameter["name"] for parameter in self.description["parameters"])
+        theta = np.array([json.loads(theta) for _, theta in rows], dtype=np.float64).reshape(-1, len(names))
+        return Samples(np.array([id for id, _ in rows], dtype=np.int64), theta, names)
+
+    def _rows(self, query: str, *arguments: Any) -> list[tuple]:
+        try:
+            return self._connection.execute(query, arguments).fetchall()
+        except sqlite3.Error as error:
+            raise FolderError.of(self._path, error) from error
+
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        try:
+            self._connection.execute("BEGIN IMMEDIATE")
+            yield self._connection
+            self._connection.execute("COMMIT")
+        except BaseException as error:
+            if self._connection.in_transaction:
+                self._connection.rollback()
+            if isinstance(error, sqlite3.Error):
+                raise FolderError.of(self._path, error) from error
+            raise
+
+    @property
+    def _path(self) -> Path | str:
+        return self.folder / NAME if self.folder else "the store in memory"
+
+
+def holds_campaign(folder: Path) -> bool:
+    """Whether there is a campaign in a folder; what is left of a beginning that was cut short is none."""
+    path = folder / NAME
+    if not path.is_file():
+        return False
+    with closing(Store(folder, _connect(path))) as store:
+        return store.version() > 0
+
+
+def _connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
+    uri = path.absolute().as_uri()
+    try:
+        # A reader needs to write too: it may have to roll back what a killed writer left.
+        mode = "rwc" if create else "rw"
+        connection = sqlite3.connect(f"{uri}?mode={mode}", uri=True, timeout=60, isolation_level=None, check_same_thread=False)
+        connection.execute("PRAGMA synchronous = FULL")
+        return connection
+    except sqlite3.Error as error:
+        raise FolderError.of(path, error) from error
+
+
+def _as_json(data: Mapping[str, Any]) -> str:
+    # What is no plain number is NumPy's.
+    return json.dumps(data, default=lambda number: number.item())
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="milliseconds")

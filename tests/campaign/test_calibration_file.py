@@ -1,0 +1,112 @@
+"""calibration.toml: what it says is what is calibrated, and each mistake in it is one sentence with file, key and expectation."""
+
+import numpy as np
+import pytest
+
+from graincal import InputError, TriaxialTest
+from graincal.campaign.config import read_calibration
+
+from .hyperbola import STRAIN, write_calibration
+
+ENTRY = 'model       = { kind = "python", function = "soil:respond" }'
+SHARES = "{ stress_ratio = { variance_share = 0.5 }, volumetric_strain = { variance_share = 0.5 } }"
+
+
+def test_a_file_says_all_that_is_calibrated(tmp_path):
+    calibration = read_calibration(write_calibration(tmp_path, ("= 3\n", "= 4\n"), ("{ variance_share = 0.5 } }", "{ variance_share = 0.8 } }")))
+    assert calibration.space.names == ("strength", "dilatancy") and calibration.space.units == ("", "-")
+    (experiment,) = calibration.experiments
+    assert experiment.name == "drained" and experiment.reference.variance_shares == {"stress_ratio": 0.5, "volumetric_strain": 0.8}
+    np.testing.assert_array_equal(experiment.reference.control, STRAIN)
+    assert (calibration.method, dict(calibration.filter_options), calibration.seed, calibration.workers) == ("iterative-bayesian", {"alpha": 10}, 4, 1)
+    assert calibration.stop.max_iterations == 4 and calibration.stop.s is False and calibration.stop.max_evaluations is False
+
+
+def test_sections_that_are_left_out_have_the_paper_s_defaults(tmp_path):
+    path = write_calibration(tmp_path)
+    path.write_text(path.read_text().split("[filter]")[0])
+    calibration = read_calibration(path)
+    assert calibration.stop.s == 0.01 and calibration.stop.max_iterations == 20 and calibration.seed == 1 and calibration.workers == "all"
+    assert calibration.new_filter().samples_per_iteration == 20
+
+
+def test_a_triaxial_test_reads_its_packing_beside_the_file(tmp_path):
+    path = write_triaxial(tmp_path)
+    (experiment,) = read_calibration(path).experiments
+    assert isinstance(experiment.model, TriaxialTest)
+    assert experiment.model.confining_pressure == 2e5 and experiment.model.fixed == {"nu": 0.2, "beta_m": 0.1, "eta_m": 0.1}
+    assert experiment.model.packing.count == 27 and experiment.model.density_scaling == 1e3
+
+
+def write_triaxial(folder, *replacements):
+    model = '{ kind = "triaxial", packing = "cubic.csv", confining_pressure = 2e5, fixed = { nu = 0.2, beta_m = 0.1, eta_m = 0.1 } }'
+    renamed = [("strength  = { range = [0, 1] }", "log_E = { range = [7, 9] }"), ('dilatancy = { range = [0, 1], unit = "-" }', "phi = { range = [10, 40] }")]
+    path = write_calibration(folder, *renamed, (ENTRY, f"model = {model}"), *replacements)
+    grid = np.stack(np.meshgrid(*[np.arange(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) * 2e-3
+    rows = [f"{x},{y},{z},1.0001e-3" for x, y, z in grid]
+    (folder / "cubic.csv").write_text("\n".join(["# simple cubic; cell lengths: 6e-3 6e-3 6e-3", "x,y,z,radius", *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here, and one of method, alpha, effective_sample_size, scale, covariance was expected."),
+        ("alpha = 10", "alpha = 'ten'", 'filter.alpha must be a number above 0, not "ten".'),
+        ("alpha = 10", "alpha = true", "filter.alpha must be a number above 0, not true."),
+        ("alpha = 10", "alpha = 0.1", "filter.alpha = 0.1 leaves 0 samples for 2 parameter(s), and at least 2 are needed."),
+        ("[filter]", "[filters]", "filters is not a key that is known here, and one of parameters, experiment, filter, stop, run was expected."),
+        ("range = [0, 1] }", "range = [1, 0] }", "parameters.strength.range must be [low, high] with low < high, not [1.0, 0.0]."),
+        ("range = [0, 1] }", "range = [0, nan] }", "parameters.strength.range must be [low, high] with low < high, not [0, NaN]."),
+        ("{ range = [0, 1] }", "3", "parameters.strength must be a table with range, unit, not 3."),
+        ('name        = "drained"', "", "experiment 1: name is missing, and text was expected."),
+        (ENTRY, "", 'experiment "drained": model is missing, and a table with kind = "triaxial" or "python" was expected.'),
+        ('"python"', '"lammps"', 'experiment "drained": model must be a table with kind = "triaxial" or "python", not {"kind": "lammps", "function": "soil:respond"}.'),
+        ("soil:respond", "soil", 'experiment "drained": function must be named as "module:name", not "soil".'),
+        ("reference.csv", "no.csv", 'experiment "drained": {folder}/no.csv: there is no such file, and a laboratory file was expected here.'),
+        (SHARES, "{}", 'experiment "drained": observables must be a table such as { stress_ratio = { variance_share = 0.5 } }, not {}.'),
+        ("{ variance_share = 0.5 } }", "{} }", 'experiment "drained": observables have a variance_share for some, and one for volumetric_strain too was expected.'),
+        ("{ variance_share = 0.5 } }", "{ variance_share = 0 } }", 'experiment "drained": observables.volumetric_strain.variance_share must be a number above 0, the smaller the more trusted, not 0.'),
+        ("s = false", "s = true", "stop.s must be a number, not negative, or false, not true."),
+        ("= 3\ns", "= 2.5\ns", "stop.max_iterations must be a whole number above 0, or false, not 2.5."),
+        ("= 3\ns", "= false\ns", "stop: every criterion is switched off, so that nothing would end the calibration."),
+        ("= 3\ns", "= 3\nmax_evaluations = 5\ns", "stop.max_evaluations = 5 does not hold one iteration of 20 samples: raise it, or lower filter.alpha."),
+        ("workers = 1", "workers = 0", 'run.workers must be a whole number above 0, or "all", not 0.'),
+        ("seed = 3", "seed = -3", "run.seed must be a whole number, not negative, not -3."),
+        ("alpha = 10", "alpha =", "this is not TOML, Invalid value (at line 13, column 8)."),
+    ],
+)
+def test_a_mistake_is_one_sentence_that_names_file_key_and_expectation(tmp_path, old, new, sentence):
+    path = write_calibration(tmp_path, (old, new))
+    with pytest.raises(InputError) as error:
+        read_calibration(path)
+    assert str(error.value) == f"{path}: {sentence.replace('{folder}', str(tmp_path))}"
+
+
+def test_several_mistakes_are_said_together(tmp_path):
+    path = write_calibration(tmp_path, ("alpha = 10", "alpha = 0"), ("workers = 1", "workers = 0"))
+    with pytest.raises(InputError) as error:
+        read_calibration(path)
+    assert [line.split(": ")[1].split()[0] for line in str(error.value).splitlines()] == ["filter.alpha", "run.workers"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("phi = { range = [10, 40] }", "psi = { range = [10, 40] }", 'experiment "drained": a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once'),
+        ('packing = "cubic.csv"', 'packing = "cubic.csv", seed = 1', 'experiment "drained": model has both packing and seed, and one of them was expected'),
+        ('packing = "cubic.csv"', "particles = 500", 'experiment "drained": model needs either packing, the name of a file, or particles and void_ratio'),
+        ("confining_pressure = 2e5", "confining_pressure = -1", 'experiment "drained": model.confining_pressure must be a number above 0, in Pa, not -1.'),
+        ('"drained"', '"drained"\ncontrol = "volumetric_strain"', "volumetric_strain is the control"),
+    ],
+)
+def test_mistakes_about_a_triaxial_test(tmp_path, old, new, said):
+    path = write_triaxial(tmp_path, (old, new))
+    with pytest.raises(InputError) as error:
+        read_calibration(path)
+    assert str(error.value).startswith(f"{path}: ") and said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_what_is_no_file_is_said(tmp_path):
+    with pytest.raises(InputError, match=r"a calibration file was expected here \(No such file or directory\)"):
+        read_calibration(tmp_path / "none.toml")

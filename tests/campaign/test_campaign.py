@@ -1,0 +1,270 @@
+"""A calibration from Python: what it finds, what it keeps, and that neither interruptions nor workers change it."""
+
+import json
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal.campaign.store import Store
+
+from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
+
+STOP = gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=3)
+
+
+def calibrate(**options):
+    return gc.calibrate(model(), reference(), SPACE, **{"seed": 4, "stop": STOP, "workers": 2} | options)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return calibrate()
+
+
+def assert_same(one, other):
+    """Bitwise the same samples, weights and outcomes."""
+    np.testing.assert_array_equal(one.samples, other.samples)
+    np.testing.assert_array_equal(one.errors, other.errors)
+    for mine, theirs in zip(one.iterations, other.iterations, strict=True):
+        np.testing.assert_array_equal(mine.weights, theirs.weights)
+        assert mine.s == theirs.s
+    for id in one.ids:
+        mine, theirs = one.response(id), other.response(id)
+        assert type(mine) is type(theirs)
+        if isinstance(mine, gc.Response):
+            for name in mine.values:
+                np.testing.assert_array_equal(mine.values[name], theirs.values[name])
+
+
+def test_it_finds_the_truth_and_says_what_it_did(result):
+    assert result.samples.shape == (60, 2) and result.evaluations == 60 and list(np.bincount(result.iteration)) == [20, 20, 20]
+    assert result.stopped_by == "max_iterations" and "limit of 3 iterations" in result.stopped_because
+    assert result.best.error == np.nanmin(result.errors) < 5
+    np.testing.assert_allclose(result.best.theta, TRUTH, atol=0.1)
+    np.testing.assert_allclose(result.posterior.mean(), TRUTH, atol=0.15)
+    assert result.posterior.correlation().shape == (2, 2) and result.posterior.interval(0.9).shape == (2, 2)
+    assert result.grade.word in ("optimal", "sub-optimal")
+    assert result.most_probable.iteration == 2
+    assert np.all(result.seconds[:, 0] >= 0) and np.all(result.attempts == 1)
+    assert result.provenance["instruction set"]
+
+
+def test_failures_are_outcomes(result):
+    impossible = result.samples.sum(axis=1) > 1.5
+    assert impossible.any() and result.failures == impossible.sum()
+    np.testing.assert_array_equal(np.isnan(result.errors), impossible)
+    failure = result.response(result.ids[np.argmax(impossible)])
+    assert isinstance(failure, gc.Failure) and "ArithmeticError: no equilibrium" in failure.reason
+    assert result.iterations[0].final_weights[impossible[:20]].sum() == 0
+
+
+def test_responses_hold_every_quantity_that_the_model_returned(result):
+    best = result.response(result.best.sample)
+    np.testing.assert_array_equal(best.values["void_ratio"], respond(result.best.theta)["void_ratio"])
+    band = result.responses(iteration=2)["void_ratio"]
+    np.testing.assert_allclose(result.posterior.mean(of=band)[0], 0.7)
+
+
+def test_neither_workers_nor_folder_nor_executor_change_the_result(result, tmp_path):
+    assert_same(result, calibrate(workers=1))
+    assert_same(result, calibrate(folder=tmp_path / "new" / "campaign"))
+    with ThreadPoolExecutor(2) as executor:
+        assert_same(result, gc.calibrate(gc.PythonModel(respond, executor=executor), reference(), SPACE, seed=4, stop=STOP))
+
+
+def test_another_seed_gives_other_samples(result):
+    assert not np.any(calibrate(seed=5, stop=gc.Stop(max_iterations=1)).samples == result.samples[:20])
+
+
+def test_the_folder_tells_what_was_found(result, tmp_path):
+    calibrate(folder=tmp_path)
+    assert_same(result, gc.Result.read(tmp_path))
+    assert_same(result, gc.resume(tmp_path))
+    curve = np.genfromtxt(tmp_path / "curves" / "experiment_best.csv", delimiter=",", names=True)
+    np.testing.assert_array_equal(curve["axial_strain"], STRAIN)
+    np.testing.assert_array_equal(curve["stress_ratio"], result.response(result.best.sample).values["stress_ratio"])
+    assert (tmp_path / "curves" / "experiment_most_probable.csv").exists()
+    assert "Stops by max_iterations" in (tmp_path / "log.txt").read_text()
+
+
+def test_a_function_that_interrupts_costs_only_what_is_under_way(result, tmp_path):
+    calls = []
+
+    def interrupts(theta):
+        calls.append(theta)
+        if len(calls) == 27:
+            raise KeyboardInterrupt
+        return respond(theta)
+
+    with pytest.raises(KeyboardInterrupt):
+        gc.calibrate(gc.PythonModel(interrupts), reference(), SPACE, seed=4, stop=STOP, workers=1, folder=tmp_path)
+    assert Store.open(tmp_path).counts()["evaluated"] == 26
+    with pytest.raises(gc.InputError, match="was handed over in Python"):
+        gc.resume(tmp_path)
+    resumed = gc.resume(tmp_path, gc.PythonModel(interrupts))
+    assert_same(result, resumed)
+    assert len(calls) > 60 and resumed.attempts.max() == 2
+    assert "Ends before its end: KeyboardInterrupt" in (tmp_path / "log.txt").read_text()
+
+
+def test_several_experiments_share_their_parameters(tmp_path):
+    calls = []
+
+    def second(theta):
+        calls.append(theta)
+        return respond(theta)
+
+    experiments = [
+        gc.Experiment("stress alone", model(), reference(names=("stress_ratio",))),
+        gc.Experiment("volume alone", gc.PythonModel(second), reference(names=("volumetric_strain",))),
+    ]
+    result = gc.calibrate(experiments, space=SPACE, seed=4, stop=STOP, folder=tmp_path)
+    np.testing.assert_allclose(result.best.theta, TRUTH, atol=0.1)
+    assert result.observable_errors.shape == (60, 2) and result.seconds.shape == (60, 2)
+    assert result.iterations[0].weights.shape == (2 * len(STRAIN), 20)
+    # What failed in the first experiment is not evaluated in the second.
+    assert result.failures > 0 and len(calls) == 60 - result.failures
+    assert result.response(result.ids[np.argmax(result.failed)], "volume alone") is None
+    assert {path.name for path in (tmp_path / "curves").iterdir()} >= {"stress_alone_best.csv", "volume_alone_best.csv"}
+    with pytest.raises(gc.InputError, match="a model for each of the 2 experiments"):
+        gc.resume(tmp_path, model())
+
+
+def test_a_model_on_another_control_is_interpolated():
+    fine = np.linspace(-0.1, 0.5, 1201)
+    line = gc.PythonModel(lambda theta: {"y": theta[0] * fine}, control=fine)
+    result = gc.calibrate(line, gc.Reference([0.0, 0.1234], {"y": [0.0, 0.5 * 0.1234]}), gc.ParameterSpace({"a": (0, 1)}), stop=gc.Stop(max_iterations=1))
+    np.testing.assert_allclose(result.response(0).values["y"], result.samples[0] * [0.0, 0.1234])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"space": None}, "needs a parameter space"),
+        ({"reference": None}, "needs the reference"),
+        ({"method": "magic"}, 'method must be one of iterative-bayesian, sequential-monte-carlo, not "magic"'),
+        ({"alhpa": 3}, "filter.alhpa is not an option of the filter; expected one of alpha"),
+        ({"workers": 0}, 'workers must be a whole number above 0 or "all", not 0'),
+        ({"seed": -1}, "seed must be a whole number, not negative, not -1"),
+        ({"max_evaluations": 3}, "does not hold one iteration of 20 samples"),
+        ({"reference": gc.Reference(STRAIN, {"pore_pressure": STRAIN})}, "the model returns stress_ratio, volumetric_strain, void_ratio, and the reference needs pore_pressure too"),
+    ],
+)
+def test_what_cannot_be_calibrated_is_said(change, said):
+    options = {"model": model(), "reference": reference(), "space": SPACE} | change
+    with pytest.raises(gc.InputError, match=said):
+        gc.calibrate(**options)
+
+
+def test_max_evaluations_ends_it():
+    assert calibrate(max_evaluations=40).stopped_by == "max_evaluations"
+
+
+def test_a_campaign_whose_evaluations_all_fail_ends_with_the_reason():
+    def never(theta):
+        raise RuntimeError("never")
+
+    result = gc.calibrate(gc.PythonModel(never), reference(), SPACE)
+    assert result.stopped_by == "failures" and result.best is None and result.posterior is None and result.most_probable is None
+
+
+def test_the_baseline_is_one_iteration(result):
+    baseline = calibrate(method="sequential-monte-carlo")
+    assert baseline.evaluations == 20
+    np.testing.assert_array_equal(baseline.samples, result.samples[:20])
+
+
+def test_a_folder_that_holds_a_campaign_is_left_alone(tmp_path):
+    calibrate(folder=tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    with pytest.raises(gc.InputError, match=f"begun here before, go on with it by: graincal resume {tmp_path}"):
+        calibrate(folder=tmp_path)
+    with pytest.raises(gc.InputError, match="this folder holds another campaign"):
+        calibrate(folder=tmp_path, seed=5)
+    assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+
+def test_files_that_belong_to_no_campaign_are_left_alone(tmp_path):
+    (tmp_path / "report.html").write_text("mine")
+    with pytest.raises(gc.InputError, match="report.html is there already and belongs to no campaign"):
+        calibrate(folder=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    with pytest.raises(gc.InputError, match="this is a file, and a folder was expected"):
+        calibrate(folder=tmp_path / "report.html")
+
+
+def test_two_processes_do_not_run_one_campaign(tmp_path):
+    waiting, go_on = threading.Event(), threading.Event()
+
+    def waits(theta):
+        waiting.set()
+        go_on.wait(30)
+        return respond(theta)
+
+    with ThreadPoolExecutor(1) as other:
+        first = other.submit(gc.calibrate, gc.PythonModel(waits), reference(), SPACE, seed=4, stop=STOP, folder=tmp_path)
+        waiting.wait(30)
+        with pytest.raises(gc.InputError, match="another process is running this campaign"):
+            gc.resume(tmp_path, model())
+        go_on.set()
+        first.result()
+
+
+def test_a_resume_with_something_else_says_so(tmp_path):
+    store = Store.create(gc.campaign.Calibration(SPACE, [gc.Experiment("x", model(), reference())], stop=STOP), tmp_path)
+    changed = store.provenance | {"instruction set": "abacus"}
+    store._rows("UPDATE meta SET value = ? WHERE key = 'provenance'", json.dumps(changed))
+    store.close()
+    gc.resume(tmp_path, model())
+    assert "instead of abacus; its figures may differ" in (tmp_path / "log.txt").read_text()
+
+
+KILLED = """
+import os, sys, time
+import graincal as gc
+import graincal.campaign, sklearn.mixture
+sys.path.insert(0, {tests!r})
+from campaign.hyperbola import SPACE, reference, respond
+from campaign.test_campaign import STOP
+from graincal.campaign.store import holds_campaign
+from pathlib import Path
+
+def slow(theta):
+    time.sleep(0.02)
+    return respond(theta)
+
+def run(folder, workers):
+    if holds_campaign(folder):
+        gc.resume(folder, gc.PythonModel(slow))
+    else:
+        gc.calibrate(gc.PythonModel(slow), reference(), SPACE, seed=4, stop=STOP, folder=folder, workers=workers)
+
+folder, workers, *instants = Path(sys.argv[1]), int(sys.argv[2]), *map(float, sys.argv[3:])
+for seconds in [*instants, None]:
+    child = os.fork()  # what is imported once need not be imported again
+    if child == 0:
+        run(folder, workers)
+        os._exit(0)
+    if seconds is not None:
+        time.sleep(seconds)
+        os.kill(child, 9)
+    print(os.waitpid(child, 0)[1], flush=True)
+"""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_killed_at_any_instant_it_ends_as_if_it_never_was(result, tmp_path, workers):
+    script, folder = tmp_path / "script.py", tmp_path / "campaign"
+    script.write_text(KILLED.format(tests=str(Path(__file__).parents[1])))
+    # Random instants, the same in each run of the tests; all together shorter than the 1.2 s / workers that its evaluations last at least.
+    instants = np.random.default_rng(workers).uniform(0.0, 0.3, 5) / workers
+    assert sum(instants) < 1.0 / workers
+    ended = subprocess.run([sys.executable, script, folder, str(workers), *map(str, instants)], capture_output=True, text=True, timeout=120)
+    assert ended.stdout.split() == ["9"] * 5 + ["0"], ended.stderr
+    assert_same(result, gc.Result.read(folder))

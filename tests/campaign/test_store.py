@@ -1,0 +1,144 @@
+"""The store gives back, bit for bit, what it was given; and nothing is lost or overwritten when it cannot write."""
+
+import sqlite3
+
+import numpy as np
+import pytest
+
+from graincal import Experiment, Failure, FolderError, InputError, PythonModel, Response, Stop, TriaxialTest
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.description import AbsentModel
+from graincal.campaign.store import Store, holds_campaign
+
+from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
+from .test_calibration_file import write_triaxial
+
+
+def calibration(**changes):
+    options = {"filter_options": {"alpha": 10, "scale": "pointwise"}, "stop": Stop(s=False, max_iterations=2), "seed": 7, "workers": 1} | changes
+    return Calibration(SPACE, [Experiment("drained", model(), reference())], **options)
+
+
+@pytest.fixture(params=["folder", "memory"])
+def store(request, tmp_path):
+    return Store.create(calibration(), tmp_path if request.param == "folder" else None)
+
+
+def asked(store):
+    samples = store.calibration.new_filter().ask()
+    store.ask(0, samples, experiments=1)
+    return samples
+
+
+def test_what_was_asked_comes_back_whole(store):
+    back, given = store.calibration, calibration()
+    np.testing.assert_array_equal([back.space.low, back.space.high], [given.space.low, given.space.high])
+    np.testing.assert_array_equal(back.experiments[0].reference.values, given.experiments[0].reference.values)
+    assert (back.method, back.filter_options, back.stop, back.seed, back.workers) == (given.method, given.filter_options, given.stop, 7, 1)
+    assert store.keeps(given) and store.keeps(calibration(workers=2)) and not store.keeps(calibration(seed=8))
+
+
+def test_samples_and_outcomes_come_back_bit_for_bit(store):
+    samples = asked(store)
+    np.testing.assert_array_equal(store.samples(0).theta, samples.theta)
+    assert list(store.waiting(0, 0)) == list(samples.ids)
+
+    third = 1 / 3 * STRAIN
+    store.record(samples.ids[0], 0, Response(STRAIN, {"stress_ratio": 1 + third, "φ": third}, {"seconds": 0.1, "steps": 12}))
+    store.record(samples.ids[1], 0, Failure("diverged", "it ran away.", {"seconds": 2.5}))
+    response, failure = store.outcome(samples.ids[0], 0), store.outcome(samples.ids[1], 0)
+    np.testing.assert_array_equal(response.values["φ"], third)
+    assert response.details == {"seconds": 0.1, "steps": 12}
+    assert failure == Failure("diverged", "it ran away.", {"seconds": 2.5})
+    assert store.outcome(samples.ids[2], 0) is None
+    assert len(store.waiting(0, 0)) == len(samples) - 2
+    assert store.counts() == {"samples": len(samples), "evaluated": 2, "failed": 1}
+
+
+def test_other_samples_under_the_same_ids_are_refused(store):
+    samples = asked(store)
+    store.ask(0, samples, experiments=1)
+    moved = samples.take(slice(None))
+    object.__setattr__(moved, "theta", samples.theta + 1e-6)
+    with pytest.raises(InputError, match="iteration 0 comes out with other samples than are stored"):
+        store.ask(0, moved, experiments=1)
+
+
+def test_an_iteration_comes_back_bit_for_bit(store):
+    filter = store.calibration.new_filter()
+    samples = asked(store)
+    responses = np.array([np.stack([respond(theta)["stress_ratio"], theta[1] * STRAIN], axis=1) for theta in samples.theta * 0.7])
+    filter.tell(samples, responses, failed=np.arange(len(samples)) == 3)
+    store.complete(filter.iterations[0])
+    store.complete(filter.iterations[0])
+    (back,), given = store.iterations(), filter.iterations[0]
+    for name in ("weights", "errors", "observable_errors", "failed"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(given, name))
+    assert (back.s, back.effective_sample_size, back.gl_error, back.unweighted) == (given.s, given.effective_sample_size, given.gl_error, "")
+
+
+def test_a_triaxial_test_needs_no_file_once_it_is_stored(tmp_path):
+    from graincal.campaign.config import read_calibration
+
+    calibration = read_calibration(write_triaxial(tmp_path))
+    (experiment,) = Store.create(calibration).calibration.experiments
+    assert isinstance(experiment.model, TriaxialTest)
+    np.testing.assert_array_equal(experiment.model.packing.positions, calibration.experiments[0].model.packing.positions)
+    assert experiment.model.fixed == calibration.experiments[0].model.fixed
+
+
+def test_a_function_comes_back_by_its_name_alone(tmp_path):
+    named = Store.create(Calibration(SPACE, [Experiment("x", PythonModel("soil:respond", folder=tmp_path), reference())]))
+    assert named.calibration.experiments[0].model.function == "soil:respond"
+    absent = Store.create(calibration()).calibration
+    assert isinstance(absent.experiments[0].model, AbsentModel)
+    with pytest.raises(InputError, match=r'experiment "drained": its model \(.*respond\) was handed over in Python'):
+        absent.check()
+
+
+def test_a_full_disk_is_one_sentence_and_loses_nothing_that_was_stored(tmp_path):
+    store = Store.create(calibration(), tmp_path)
+    samples = asked(store)
+    pages = store._rows("PRAGMA page_count")[0][0]
+    store._rows(f"PRAGMA max_page_count = {pages + 2}")
+    kept = 0
+    with pytest.raises(FolderError, match=r"campaign.db: the disk is full; what was finished before is safe"):
+        for kept, id in enumerate(samples.ids):
+            store.record(id, 0, Response(STRAIN, {f"q{i}": STRAIN for i in range(20)}))
+    store.close()
+    again = Store.open(tmp_path)
+    assert kept > 0 and again.counts()["evaluated"] == kept
+    assert len(again.outcome(samples.ids[kept - 1], 0).values) == 20
+
+
+def test_a_beginning_cut_short_leaves_no_campaign(tmp_path):
+    (tmp_path / "campaign.db").touch()
+    assert not holds_campaign(tmp_path)
+    with pytest.raises(InputError, match="there is no campaign in this folder"):
+        Store.open(tmp_path)
+    Store.create(calibration(), tmp_path)
+    assert holds_campaign(tmp_path)
+
+
+def test_a_file_that_is_no_store_is_said(tmp_path):
+    (tmp_path / "campaign.db").write_text("not a database " * 100)
+    with pytest.raises(FolderError, match="campaign.db: this file cannot be read or written .file is not a database"):
+        Store.open(tmp_path)
+
+
+def test_a_store_of_another_format_is_refused(tmp_path):
+    Store.create(calibration(), tmp_path).close()
+    with sqlite3.connect(tmp_path / "campaign.db") as db:
+        db.execute("PRAGMA user_version = 99")
+    with pytest.raises(InputError, match="this campaign has the format 99, and this graincal reads the format 1"):
+        Store.open(tmp_path)
+
+
+def test_a_reader_sees_what_is_finished_while_the_writer_goes_on(tmp_path):
+    writer = Store.create(calibration(), tmp_path)
+    samples = asked(writer)
+    reader = Store.open(tmp_path)
+    for done, id in enumerate(samples.ids[:3]):
+        assert reader.counts()["evaluated"] == done
+        writer.record(id, 0, Failure("error", "no."))
+    np.testing.assert_array_equal(reader.samples(0).theta @ TRUTH, samples.theta @ TRUTH)
