@@ -34,7 +34,7 @@ def test_eq_7_is_the_weighted_mean_and_leaves_failures_out():
     assert gl_error(np.array([0.25, 0.75, 0.0]), np.array([4.0, 8.0, np.nan])) == pytest.approx(7.0, rel=1e-14)
 
 
-def test_a_response_that_is_not_finite_has_no_error():
-    response = np.array([[[1, 0], [np.nan, -1], [5, -3]], [[1, 0], [2, -1], [np.inf, -3]]])
+def test_a_response_that_is_no_number_has_no_error_and_one_too_large_to_add_up_an_infinite_one():
+    response = np.array([[[1, 0], [np.nan, -1], [5, -3]], [[1, 0], [1.7e308, -1], [1.7e308, -3]]])
     errors = observable_errors(response, REFERENCE)
-    assert np.isnan(errors[:, 0]).all() and np.all(errors[:, 1] == 0)
+    assert np.isnan(errors[0, 0]) and errors[1, 0] == np.inf and np.all(errors[:, 1] == 0)

@@ -107,6 +107,19 @@ def test_the_seed_decides_the_samples_of_every_iteration():
         assert np.all(mine.samples.theta != yours.samples.theta)
 
 
+def test_every_iteration_has_random_numbers_of_its_own():
+    """Seventeen samples allow one component, whose draws are mean + L z, none of them rejected once it is narrow: z must not come again."""
+    filter = run(shear_filter(iterations=12, alpha=3), shear)
+    z = []
+    for iteration in filter.iterations[8:]:
+        proposal = iteration.proposal
+        assert len(proposal.weights) == 1 and proposal.mass == pytest.approx(1, abs=1e-12)
+        unit = SHEAR_SPACE.to_unit(iteration.samples.theta)
+        z.append(np.linalg.solve(np.linalg.cholesky(proposal.covariances[0]), (unit - proposal.means[0]).T))
+    for one, next_one in zip(z, z[1:]):
+        assert np.abs(one - next_one).max() > 0.1
+
+
 def test_telling_in_any_order_and_in_parts_leads_to_the_same_state_bit_for_bit():
     together, scattered = shear_filter(iterations=4), shear_filter(iterations=4)
     rng = np.random.default_rng(0)

@@ -82,6 +82,8 @@ def test_samples_that_are_all_far_away_are_compared_without_underflow():
     assert solve_s(far, 0.3) == pytest.approx(s, rel=1e-6)
     # The sum is 5e8 s: its rounding is 1e-16 * 5e8 / 2.
     assert np.abs(final_weights(far, s) - final_weights(misfits, s)).max() < 1e-6
+    farther = misfits + 1e10 * s
+    assert effective_sample_size(final_weights(farther, solve_s(farther, 0.3))) == pytest.approx(0.3, abs=1e-9)
 
 
 def test_s_grows_with_the_number_of_states_and_s_per_state_does_not():

@@ -11,12 +11,11 @@ from graincal.data import Reference
 def observable_errors(response: NDArray[np.float64], reference: Reference) -> NDArray[np.float64]:
     """Eq. 5: 100 sum_t |y_tj - x_tj| / sum_t |y_tj| for each sample and observable, (N, J), of a response x (N, T, J).
 
-    The sums run over all states, the first included. A response that is not finite has the error NaN.
+    The sums run over all states, the first included. Where a response is NaN, so is its error; where the sum overflows, it is infinite.
     """
     values = reference.values
-    with np.errstate(over="ignore", invalid="ignore"):
-        errors = 100 * np.abs(values - response).sum(axis=1) / np.abs(values).sum(axis=0)
-    return np.where(np.isfinite(errors), errors, np.nan)
+    with np.errstate(over="ignore"):
+        return 100 * np.abs(values - response).sum(axis=1) / np.abs(values).sum(axis=0)
 
 
 def sample_errors(errors: NDArray[np.float64], shares: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -109,9 +109,9 @@ def fit_mixture(
     """
     rows = systematic_resampling(weights, 10 * len(theta), rng)
     copies = space.to_unit(theta)[rows]
-    components = max(1, min(len(theta) // 10, len(np.unique(copies, axis=0))))
+    components = max(1, len(theta) // 10)
     floor = LEAST_WIDTH**2
-    # One start only: the best of several is the one that hugs the clumps of copies closest, and later iterations then narrow too early.
+    # One start: the best of several is the one that hugs the clumps of copies closest, and the iterations then narrow too early.
     mixture = BayesianGaussianMixture(
         n_components=components,
         covariance_type=covariance,
@@ -123,7 +123,7 @@ def fit_mixture(
     )
     # With several threads k-means sums in the order they finish, and the last digits would change from run to run.
     with threadpool_limits(1), warnings.catch_warnings():
-        # A fit that stops before it has converged is a proposal all the same.
+        # A fit that has not converged, or has fewer points than components, is a proposal all the same.
         warnings.simplefilter("ignore", ConvergenceWarning)
         mixture.fit(copies)
     covariances = np.broadcast_to(mixture.covariances_, (components, space.size, space.size))

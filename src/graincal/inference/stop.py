@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Literal
 
 from graincal.data import InputError
@@ -38,7 +39,7 @@ class Stop:
             if value is False:
                 continue
             count = name.startswith("max_")
-            number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
+            number = isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
             if not number or (count and (value < 1 or value != int(value))):
                 kind = "a whole number above 0" if count else "a number, not negative,"
                 raise InputError(f"stop.{name} must be {kind} or false, not {value!r}.")
