@@ -110,7 +110,7 @@ def test_a_function_that_interrupts_costs_only_what_is_under_way(result, tmp_pat
     resumed = gc.resume(tmp_path, gc.PythonModel(interrupts))
     assert_same(result, resumed)
     assert len(calls) > 60 and resumed.attempts.max() == 2
-    assert "Ends before its end: KeyboardInterrupt" in (tmp_path / "log.txt").read_text()
+    assert "Breaks off: KeyboardInterrupt" in (tmp_path / "log.txt").read_text()
 
 
 def test_several_experiments_share_their_parameters(tmp_path):
@@ -160,6 +160,17 @@ def test_what_cannot_be_calibrated_is_said(change, said):
     options = {"model": model(), "reference": reference(), "space": SPACE} | change
     with pytest.raises(gc.InputError, match=said):
         gc.calibrate(**options)
+
+
+def test_the_python_face_is_whole():
+    filter = gc.IterativeBayesianFilter(SPACE, reference(), alpha=10, seed=4)
+    asked = filter.ask()
+    filter.tell(asked, np.stack([np.stack(list(respond(0.7 * theta).values())[:2], axis=1) for theta in asked.theta]))
+    assert len(filter.iterations) == 1
+    assert gc.ParameterSpace.paper().names == ("log_E", "nu", "phi", "beta_m", "eta_m")
+    assert all(hasattr(gc, name) for name in gc.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'calibrat'"):
+        gc.calibrat
 
 
 def test_max_evaluations_ends_it():

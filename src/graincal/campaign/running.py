@@ -118,7 +118,7 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
         return Campaign(calibration, store, listeners).run()
     except BaseException as error:
         with suppress(FolderError):
-            log.write(f"Ends before its end: {str(error) or type(error).__name__}")
+            log.write(f"Breaks off: {str(error) or type(error).__name__}")
         raise
 
 

@@ -21,4 +21,4 @@ class FolderError(InputError):
             full, reason = getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL, str(error)
         if full:
             return cls(f"{path}: the disk is full; what was finished before is safe, so make room and go on from there.")
-        return cls(f"{path}: this file cannot be read or written ({reason}).")
+        return cls(f"{path}: this cannot be read or written ({reason}).")

@@ -1,0 +1,72 @@
+"""What a calibration will cost, from one short run in the middle of the ranges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.experiment import Experiment
+from graincal.data import Failure, ParameterSpace, Samples
+from graincal.models import TriaxialTest
+
+PILOT_SHARE = 0.05
+"""The share of a triaxial test's strain that is simulated to time it."""
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What the first iteration will cost in one experiment; later ones cost about as much.
+
+    seconds: of its evaluations one after the other; longest: of the longest of them; pilot: of the middle of the ranges.
+    Where the pilot failed these are None, and `failure` says why.
+    """
+
+    experiment: str
+    seconds: float | None = None
+    longest: float | None = None
+    pilot: float | None = None
+    failure: Failure | None = None
+
+
+def expect(calibration: Calibration) -> list[Expectation]:
+    """Time each experiment in the middle of the ranges: a triaxial test at the beginning of its strain, a function whole."""
+    samples = calibration.new_filter().ask()
+    return [_expect(experiment, calibration.space, samples) for experiment in calibration.experiments]
+
+
+def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> Expectation:
+    middle = Samples(np.zeros(1, dtype=np.int64), space.from_unit(np.full((1, space.size), 0.5)), space.names)
+    if isinstance(experiment.model, TriaxialTest):
+        pilot = _time_triaxial(experiment, middle)
+    else:
+        ((_, pilot),) = experiment.evaluate(middle, workers=1)
+        pilot = pilot if isinstance(pilot, Failure) else pilot.details.get("seconds")
+    if isinstance(pilot, Failure):
+        return Expectation(experiment.name, failure=pilot)
+    if pilot is None:
+        return Expectation(experiment.name, failure=Failure("untimed", "the model does not say how long it took."))
+    seconds = pilot * _relative_lengths(experiment, samples, middle)
+    return Expectation(experiment.name, float(seconds.sum()), float(seconds.max()), pilot)
+
+
+def _time_triaxial(experiment: Experiment, middle: Samples) -> float | Failure:
+    """The seconds of a whole test, from its consolidation and the beginning of its shearing."""
+    control = experiment.reference.control
+    strains = np.linspace(0, PILOT_SHARE * control[-1], 1 + max(1, round(PILOT_SHARE * len(control))))
+    ((_, outcome),) = experiment.model.evaluate(middle, at=strains, workers=1)
+    if isinstance(outcome, Failure):
+        return outcome
+    steps = outcome.values["steps"]
+    whole = steps[0] + (steps[-1] - steps[0]) / PILOT_SHARE
+    return float(outcome.details["seconds"] * whole / outcome.details["steps"])
+
+
+def _relative_lengths(experiment: Experiment, samples: Samples, middle: Samples) -> NDArray[np.float64]:
+    """How much longer the evaluation of each sample takes than that of the middle: the critical time step falls with the root of the stiffness."""
+    if not isinstance(experiment.model, TriaxialTest) or "log_E" not in samples.names:
+        return np.ones(len(samples))
+    stiffness = samples.names.index("log_E")
+    return 10 ** (0.5 * (samples.theta[:, stiffness] - middle.theta[0, stiffness]))

@@ -1,0 +1,132 @@
+"""A campaign's figures for other programs: tables as CSV, or one JSON document."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graincal.campaign.curves import file_name
+from graincal.campaign.result import Result
+from graincal.campaign.trouble import FolderError
+from graincal.data import Failure, Response
+
+
+def export_csv(result: Result, folder: Path) -> list[Path]:
+    """Write tables and return their paths.
+
+    samples.csv: each sample with its parameters, errors in percent, final weight within its iteration, and why it failed.
+    iterations.csv: s, effective sample size and errors of each iteration. responses_EXPERIMENT.csv: every response, state by state.
+    """
+    pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
+    weights = np.concatenate([iteration.final_weights for iteration in result.iterations])
+    samples = zip(result.ids, result.iteration, *result.samples.T, result.errors, *result.observable_errors.T, weights, _reasons(result))
+    iterations = [
+        [i.index, len(i.samples), i.failed.sum(), i.s, i.s_per_state, i.effective_sample_size, i.gl_error, i.error] for i in result.iterations
+    ]
+    tables = {
+        "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure"], samples),
+        "iterations.csv": (["iteration", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error"], iterations),
+    }
+    for experiment in result.experiments:
+        tables[f"responses_{file_name(experiment.name)}.csv"] = _responses(result, experiment.name, experiment.reference.control_name)
+    return [_write_table(folder / name, columns, rows) for name, (columns, rows) in tables.items()]
+
+
+def export_json(result: Result, folder: Path) -> list[Path]:
+    """Write campaign.json: what was asked, what was found, and every sample with its responses; numbers that do not exist are null."""
+    document = {
+        "provenance": result.provenance,
+        "started": result.started,
+        "stopped_by": result.stopped_by,
+        "stopped_because": result.stopped_because,
+        "grade": {"word": result.grade.word, "reasons": list(result.grade.reasons)},
+        "parameters": {
+            name: {"range": [low, high], "unit": unit}
+            for name, low, high, unit in zip(result.space.names, result.space.low, result.space.high, result.space.units)
+        },
+        "experiments": [
+            {
+                "name": experiment.name,
+                "control": experiment.reference.control_name,
+                "reference": {experiment.reference.control_name: experiment.reference.control, **experiment.reference.observables},
+                "variance_shares": dict(experiment.reference.variance_shares),
+            }
+            for experiment in result.experiments
+        ],
+        "iterations": [
+            {
+                "index": iteration.index,
+                "s": iteration.s,
+                "effective_sample_size": iteration.effective_sample_size,
+                "gl_error": iteration.gl_error,
+                "samples": iteration.samples.ids,
+                "weights": iteration.weights,
+            }
+            for iteration in result.iterations
+        ],
+        "samples": [
+            {"id": id, "iteration": iteration, "theta": theta, "error": error, "failure": reason, "responses": _curves(result, id)}
+            for id, iteration, theta, error, reason in zip(result.ids, result.iteration, result.samples, result.errors, _reasons(result))
+        ],
+    }
+    return [_write(folder / "campaign.json", json.dumps(_plain(document), ensure_ascii=False))]
+
+
+def _reasons(result: Result) -> list[str]:
+    """Why each sample failed, "" where it did not."""
+    reasons = []
+    for id, failed in zip(result.ids, result.failed):
+        outcomes = [result.response(id, experiment) for experiment in range(len(result.experiments))] if failed else []
+        reasons.append(next((f"{outcome.kind}: {outcome.reason}" for outcome in outcomes if isinstance(outcome, Failure)), ""))
+    return reasons
+
+
+def _responses(result: Result, experiment: str, control: str) -> tuple[list[str], list[list[Any]]]:
+    columns: dict[str, None] = {}
+    rows = []
+    for id in result.ids:
+        outcome = result.response(id, experiment)
+        if isinstance(outcome, Response):
+            values = {control: outcome.control} | dict(outcome.values)
+            columns |= dict.fromkeys(values)
+            rows.append((id, values))
+    table = [[id, *(values[name][state] if name in values else "" for name in columns)] for id, values in rows for state in range(len(values[control]))]
+    return ["sample", *columns], table
+
+
+def _curves(result: Result, id: int) -> dict[str, Any]:
+    outcomes = {experiment.name: result.response(id, experiment.name) for experiment in result.experiments}
+    return {name: dict(outcome.values) for name, outcome in outcomes.items() if isinstance(outcome, Response)}
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON has it: lists, plain numbers, null for what is not finite."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write_table(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([columns, *rows])
+    return _write(path, text.getvalue())
+
+
+def _write(path: Path, text: str) -> Path:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FolderError.of(path, error) from error
+    return path

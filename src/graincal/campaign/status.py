@@ -1,0 +1,96 @@
+"""How far a campaign is, for people and programs, also while another process runs it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graincal.campaign.log import is_running
+from graincal.campaign.result import Candidate, Result
+from graincal.campaign.store import Store
+from graincal.data import ParameterSpace
+from graincal.inference import Iteration
+
+
+def status(folder: str | Path) -> dict[str, Any]:
+    """What `graincal status --json` prints: a contract for programs. What is not known is None; errors are in percent, times in seconds.
+
+    folder; state: "running" (a process holds it), "interrupted" (none does, and it is not at its end) or "finished".
+    graincal: the version that began it; started, updated: ISO 8601, when it began and when the last evaluation ended.
+    method, seed, parameters (names), experiments (names).
+    evaluations, failures: samples evaluated in every experiment or failed in one; those that failed.
+    iteration: {index, samples, evaluated, failed} of the one under way, or the last.
+    iterations: of each complete one {index, samples, failed, s, s_per_state, effective_sample_size, gl_error, error, best_error}, where `error` is that of
+    the most probable sample (Eq. 6) and `best_error` the smallest.
+    best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
+    stopped_by, stopped_because: the criterion and a sentence.
+    seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
+    """
+    folder = Path(folder)
+    store = Store.open(folder)
+    running, finished = is_running(folder), store.meta("stopped_by") is not None
+    counts, seconds = store.counts(), [took for *_, took in store.runs() if took is not None]
+    result = Result(store) if store.iterations() else None
+    return {
+        "folder": str(folder),
+        "state": "finished" if finished else "running" if running else "interrupted",
+        "graincal": store.provenance["graincal"],
+        "started": store.meta("started"),
+        "updated": store.last_ended(),
+        "method": store.description["method"],
+        "seed": store.description["seed"],
+        "parameters": list(store.calibration.space.names),
+        "experiments": [experiment.name for experiment in store.calibration.experiments],
+        "evaluations": counts["evaluated"],
+        "failures": counts["failed"],
+        "iteration": _under_way(store),
+        "iterations": [_figures(iteration) for iteration in result.iterations] if result else [],
+        "best": _candidate(result.best, result.space) if result else None,
+        "most_probable": _candidate(result.most_probable, result.space) if result else None,
+        "stopped_by": store.meta("stopped_by"),
+        "stopped_because": store.meta("stopped_because"),
+        "seconds": sum(seconds),
+        "seconds_left": 0.0 if finished else _seconds_left(store, seconds),
+    }
+
+
+def _under_way(store: Store) -> dict[str, int] | None:
+    index = store.last_iteration()
+    return None if index is None else {"index": index} | store.counts(index)
+
+
+def _figures(iteration: Iteration) -> dict[str, Any]:
+    return {
+        "index": iteration.index,
+        "samples": len(iteration.samples),
+        "failed": int(iteration.failed.sum()),
+        "s": _number(iteration.s),
+        "s_per_state": _number(iteration.s_per_state),
+        "effective_sample_size": _number(iteration.effective_sample_size),
+        "gl_error": _number(iteration.gl_error),
+        "error": _number(iteration.error),
+        "best_error": None if iteration.failed.all() else float(np.nanmin(iteration.errors)),
+    }
+
+
+def _candidate(candidate: Candidate | None, space: ParameterSpace) -> dict[str, Any] | None:
+    if candidate is None:
+        return None
+    theta = dict(zip(space.names, candidate.theta.tolist()))
+    return {"sample": candidate.sample, "iteration": candidate.iteration, "error": candidate.error, "theta": theta}
+
+
+def _seconds_left(store: Store, seconds: list[float]) -> float | None:
+    """The mean run time for each evaluation that waits, shared by the workers."""
+    index = store.last_iteration()
+    if index is None or not seconds:
+        return None
+    waiting = sum(len(store.waiting(index, experiment)) for experiment in range(len(store.calibration.experiments)))
+    return float(np.mean(seconds)) * math.ceil(waiting / store.calibration.number_of_workers)
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,55 @@
+"""The command line: one command a file. A command imports what it needs when it runs, so that `graincal --help` answers at once."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType
+
+import typer
+
+from graincal.cli.calibrate import calibrate
+from graincal.cli.check import check
+from graincal.cli.export import export
+from graincal.cli.init import init
+from graincal.cli.report import report
+from graincal.cli.resume import resume
+from graincal.cli.simulate import simulate
+from graincal.cli.status import status
+from graincal.cli.version import print_version
+from graincal.data import InputError
+
+app = typer.Typer(name="graincal", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command(epilog="Example:  graincal init test.csv --strain engineering --confining-pressure 5e5")(init)
+app.command(epilog="Example:  graincal check calibration.toml --plot references.png")(check)
+app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(calibrate)
+app.command(epilog="Example:  graincal resume campaign")(resume)
+app.command(epilog="Example:  graincal status campaign --json")(status)
+app.command(epilog="Example:  graincal report campaign")(report)
+app.command(epilog="Example:  graincal export campaign --to csv")(export)
+app.add_typer(simulate, name="simulate")
+
+
+@app.callback()
+def _root(
+    version: bool = typer.Option(False, "--version", callback=print_version, is_eager=True, help="Print version, commit, compiler and instruction set."),
+) -> None:
+    """Calibrate DEM contact parameters against laboratory tests."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command and exit: 0 if all is well, 1 for a mistake or trouble (a sentence on standard error), 2 for a wrong call, 130 after Ctrl-C."""
+    before = signal.signal(signal.SIGINT, _interrupt_once)
+    try:
+        app(arguments)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        sys.exit(1)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _interrupt_once(number: int, frame: FrameType | None) -> None:
+    """The first Ctrl-C ends what is under way in good order; a second one kills."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    raise KeyboardInterrupt

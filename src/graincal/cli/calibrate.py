@@ -1,0 +1,35 @@
+"""graincal calibrate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graincal.cli.options import Quiet, Workers
+
+
+def calibrate(
+    file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The campaign's folder; it must hold none yet.", metavar="DIR")],
+    workers: Workers = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Calibrate: run a calibration file to its end, in a folder of its own.
+
+    Ctrl-C stops it, and graincal resume goes on with it.
+    """
+    from dataclasses import replace
+
+    from graincal.campaign import begin
+    from graincal.cli.options import number_of_workers
+    from graincal.cli.running import read, run
+
+    calibration = read(file, quiet=quiet)
+    if workers is not None:
+        calibration = replace(calibration, workers=number_of_workers(workers))
+    if seed is not None:
+        calibration = replace(calibration, seed=seed, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")
+    run(output, calibration.stop, lambda listeners: begin(calibration, output, listeners), quiet=quiet)

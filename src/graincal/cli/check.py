@@ -1,0 +1,73 @@
+"""graincal check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from graincal.campaign import Calibration, Experiment
+
+
+def check(
+    file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
+    plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
+) -> None:
+    """Read a calibration file and all that it names, draw what was read, and say how long the calibration will take.
+
+    One short evaluation in the middle of the ranges is run for that.
+    """
+    from graincal.cli.running import read
+    from graincal.inference import sample_size_advice
+
+    calibration = read(file)
+    space = calibration.space
+    for name, low, high, unit in zip(space.names, space.low, space.high, space.units):
+        typer.echo(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
+    for experiment in calibration.experiments:
+        typer.echo("\n".join(_describe(experiment)))
+    if advice := sample_size_advice(space, calibration.new_filter().alpha):
+        typer.echo(advice)
+    if plot is not None:
+        from graincal.cli.figures import draw_references
+
+        draw_references(calibration.experiments, plot)
+        typer.echo(f"References drawn to {plot}.")
+    typer.echo("\n".join(_expectation(calibration)))
+
+
+def _describe(experiment: Experiment) -> list[str]:
+    from graincal.cli.text import resample, sparkline
+    from graincal.models import TriaxialTest
+
+    reference, model = experiment.reference, experiment.model
+    lines = [f'experiment "{experiment.name}"']
+    if isinstance(model, TriaxialTest):
+        packing = model.packing
+        lines.append(f"  drained triaxial test at {model.confining_pressure:g} Pa, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
+        lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
+    else:
+        lines.append(f"  model: {getattr(model, 'function', model)}")
+    lines.append(f"  reference: {len(reference.control)} states, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}")
+    for name, values in reference.observables.items():
+        curve = sparkline(resample(reference.control, values))
+        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
+    return lines + [f"  {note}" for note in reference.notes]
+
+
+def _expectation(calibration: Calibration) -> list[str]:
+    from graincal.campaign.expectation import expect
+    from graincal.cli.text import duration
+
+    samples, workers = calibration.new_filter().samples_per_iteration, calibration.number_of_workers
+    lines, seconds = [], 0.0
+    for expected in expect(calibration):
+        if expected.failure:
+            return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
+        lines.append(f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest')
+        seconds += max(expected.seconds / workers, expected.longest)
+    iterations = calibration.stop.max_iterations
+    most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
+    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} with {workers} worker{'s' * (workers > 1)}{most}."]

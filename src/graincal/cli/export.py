@@ -1,0 +1,32 @@
+"""graincal export."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graincal.cli.options import Folder
+
+
+class Format(str, Enum):
+    """What can be exported to."""
+
+    csv = "csv"
+    json = "json"
+
+
+def export(
+    folder: Folder,
+    to: Annotated[Format, typer.Option(help="Tables as CSV, or one JSON document.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's.", metavar="FOLDER")] = None,
+) -> None:
+    """Write samples, weights, errors and responses of the complete iterations for other programs."""
+    from graincal.campaign import Result
+    from graincal.campaign.export import export_csv, export_json
+
+    write = {Format.csv: export_csv, Format.json: export_json}[to]
+    for path in write(Result.read(folder), output or folder / "export"):
+        typer.echo(path)

@@ -1,0 +1,55 @@
+"""Figures that commands draw on request."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from graincal.campaign import Experiment
+from graincal.data import InputError, Reference, Response
+
+_FRACTIONS = ("axial_strain", "volumetric_strain")
+
+
+def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
+    """The references, a row for each experiment and a panel for each observable."""
+    columns = max(len(experiment.reference.observables) for experiment in experiments)
+    figure = Figure(figsize=(4 * columns, 3 * len(experiments)), layout="constrained")
+    for row, experiment in enumerate(experiments):
+        for column, (name, values) in enumerate(experiment.reference.observables.items()):
+            axes = figure.add_subplot(len(experiments), columns, 1 + row * columns + column)
+            axes.plot(_to_print(experiment.reference.control_name, experiment.reference.control), _to_print(name, values), "k.-", markersize=3, linewidth=0.8)
+            axes.set(title=experiment.name, xlabel=_label(experiment.reference.control_name), ylabel=_label(name))
+    _save(figure, path)
+
+
+def draw_response(response: Response, path: Path, control: str, reference: Reference | None = None) -> None:
+    """Stress ratio and volumetric strain of a response, beside a reference if there is one."""
+    shown: Mapping[str, NDArray] = reference.observables if reference else {name: response.values[name] for name in ("stress_ratio", "volumetric_strain")}
+    figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
+    for column, name in enumerate(shown):
+        axes = figure.add_subplot(1, len(shown), 1 + column)
+        axes.plot(_to_print(control, response.control), _to_print(name, response.values[name]), "-", color="tab:blue", label="simulated")
+        if reference:
+            axes.plot(_to_print(control, reference.control), _to_print(name, reference.observables[name]), "k.", markersize=3, label="reference")
+            axes.legend(frameon=False)
+        axes.set(xlabel=_label(control), ylabel=_label(name))
+    _save(figure, path)
+
+
+def _to_print(name: str, values: NDArray) -> NDArray:
+    return 100 * values if name in _FRACTIONS else values
+
+
+def _label(name: str) -> str:
+    return name.replace("_", " ") + (" (%)" if name in _FRACTIONS else "")
+
+
+def _save(figure: Figure, path: Path) -> None:
+    try:
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: the figure cannot be written ({getattr(error, 'strerror', None) or error}).") from None

@@ -1,0 +1,40 @@
+"""graincal init."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graincal.data import InputError
+
+
+class Strain(str, Enum):
+    """The measures of strain that laboratories and simulations print."""
+
+    engineering = "engineering"
+    logarithmic = "logarithmic"
+
+
+def init(
+    file: Annotated[Path, typer.Argument(help="A laboratory file: delimited text with a header.", metavar="lab.csv")],
+    strain: Annotated[Strain | None, typer.Option(help="The measure of its strains, if you know it.")] = None,
+    confining_pressure: Annotated[float | None, typer.Option(min=0, help="In Pa, if you know it.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The calibration file to write; nothing is overwritten.", metavar="FILE")] = Path("calibration.toml"),
+) -> None:
+    """Look at a laboratory file, show what is understood, and write a calibration file to edit."""
+    from graincal.laboratory import describe, look, propose
+
+    found = look(file)
+    typer.echo("\n".join(describe(found)))
+    text = propose(found, strain=strain and strain.value, confining_pressure=confining_pressure, folder=output.parent)
+    try:
+        with output.open("x", encoding="utf-8") as target:
+            target.write(text)
+    except FileExistsError:
+        raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.") from None
+    except OSError as error:
+        raise InputError(f"{output}: a file cannot be written here ({error.strerror}).") from None
+    typer.echo(f"\nWritten to {output}. Edit the lines that say CHECK, then: graincal check {output}")

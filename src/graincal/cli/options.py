@@ -1,0 +1,23 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from graincal.data import InputError
+
+Folder = Annotated[Path, typer.Argument(help="The campaign's folder.", metavar="DIR")]
+Workers = Annotated[str | None, typer.Option(help='Evaluations at once, a number or "all"; the result does not depend on it.', metavar="N")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+
+
+def number_of_workers(text: str) -> int | Literal["all"]:
+    """What --workers means."""
+    if text == "all":
+        return "all"
+    if text.isdecimal() and int(text) > 0:
+        return int(text)
+    raise InputError(f'--workers must be a whole number above 0 or "all", not {text}.')

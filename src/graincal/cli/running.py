@@ -1,0 +1,55 @@
+"""What `calibrate` and `resume` share: a campaign under way on the terminal, and its result in words."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from graincal.campaign import Calibration, Listener, Result
+from graincal.campaign.config import read_calibration
+from graincal.campaign.store import holds_campaign
+from graincal.cli.progress import Progress
+from graincal.inference import Stop
+
+
+def read(file: Path, *, quiet: bool = False) -> Calibration:
+    """Read a calibration file; a terminal says meanwhile what takes so long."""
+    with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
+        return read_calibration(file)
+
+
+def run(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
+    """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
+    console = Console(highlight=False, markup=False, quiet=quiet)
+    try:
+        with Progress(stop, console) as progress:
+            result = start([progress])
+    except KeyboardInterrupt:
+        if holds_campaign(folder):
+            typer.echo(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
+        raise
+    show(result, folder, console)
+    return result
+
+
+def show(result: Result, folder: Path, console: Console) -> None:
+    """The result in words and a table of the parameters."""
+    console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
+    console.print(f"{result.evaluations} evaluations, {result.failures} failed.")
+    for kind, reason, count in result.failure_kinds():
+        console.print(f"  {count} × {kind}: {reason}", soft_wrap=True)
+    if result.posterior:
+        low, high = result.posterior.interval(0.9)
+        table = Table("parameter", "most probable", "best", "mean", "± sd", "90 % interval", "unit", box=None, header_style="bold", padding=(0, 2, 0, 0))
+        columns = (result.most_probable.theta, result.best.theta, result.posterior.mean(), result.posterior.std())
+        for k, name in enumerate(result.space.names):
+            table.add_row(name, *(f"{column[k]:.4g}" for column in columns), f"{low[k]:.4g} to {high[k]:.4g}", result.space.units[k])
+        console.print(table)
+        console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
+    console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
+    console.print(f"Stored in {folder}.", soft_wrap=True)

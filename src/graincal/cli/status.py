@@ -1,0 +1,45 @@
+"""graincal status."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from graincal.cli.options import Folder
+
+
+def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False) -> None:
+    """Say how far a campaign is, also while it runs elsewhere."""
+    import json
+
+    from graincal.campaign.status import status as read_status
+
+    found = read_status(Path(folder))
+    typer.echo(json.dumps(found, indent=2, ensure_ascii=False) if as_json else "\n".join(_lines(found)))
+
+
+def _lines(status: dict[str, Any]) -> list[str]:
+    from graincal.cli.text import duration, sparkline
+
+    lines = [f"{status['folder']}: {status['state']}, {status['method']}, {', '.join(status['experiments'])}"]
+    lines.append(f"{status['evaluations']} evaluations, {status['failures']} failed, {duration(status['seconds'])} of run time")
+    if status["state"] != "finished" and (current := status["iteration"]):
+        left = "" if status["seconds_left"] is None else f", about {duration(status['seconds_left'])} left in it"
+        lines.append(f"iteration {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{left}")
+    if status["iterations"]:
+        last = status["iterations"][-1]
+        figures = [(name, last[key]) for name, key in (("s", "s"), ("ESS", "effective_sample_size"), ("ε_GL", "gl_error"), ("ε", "error"))]
+        lines.append(f"after iteration {last['index']}: " + ", ".join(f"{name} {'-' if value is None else format(value, '.3g')}" for name, value in figures))
+        errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]
+        lines.append(f"ε by iteration  {sparkline(errors, low=0.0)}")
+    for word in ("best", "most_probable"):
+        if candidate := status[word]:
+            theta = ", ".join(f"{name} {value:.4g}" for name, value in candidate["theta"].items())
+            lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {theta}")
+    if status["stopped_by"]:
+        lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
+    elif status["state"] == "interrupted":
+        lines.append(f"go on with: graincal resume {status['folder']}")
+    return lines

@@ -1,0 +1,34 @@
+"""Small curves and time spans in a line of text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+_BLOCKS = "▁▂▃▄▅▆▇█"
+
+
+def sparkline(values: Sequence[float], low: float | None = None) -> str:
+    """The values as a row of bars between `low` (their smallest by default) and their largest; a gap where there is none."""
+    finite = [value for value in values if np.isfinite(value)]
+    if not finite:
+        return " " * len(values)
+    low = min(finite) if low is None else low
+    height = max(finite) - low
+    shares = [(value - low) / height if height > 0 else 0.5 for value in values]
+    return "".join(_BLOCKS[round(share * (len(_BLOCKS) - 1))] if np.isfinite(share) else " " for share in shares)
+
+
+def resample(control: Sequence[float], values: Sequence[float], width: int = 40) -> list[float]:
+    """The values at `width` evenly spaced controls."""
+    return np.interp(np.linspace(control[0], control[-1], width), control, values).tolist()
+
+
+def duration(seconds: float) -> str:
+    """A time span to read."""
+    if seconds < 60:
+        return f"{seconds:.2g} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

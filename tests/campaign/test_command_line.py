@@ -1,0 +1,249 @@
+"""The commands, as a user or another program calls them."""
+
+import csv
+import json
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal.campaign.status import status
+from graincal.campaign.store import holds_campaign
+from graincal.cli import app, main
+
+from .hyperbola import reference, respond, write_calibration
+
+PACKING = Path(__file__).parents[1] / "data" / "packing_500.csv"
+TWO_ITERATIONS = ("max_iterations = 3", "max_iterations = 2")
+
+
+class Called:
+    """Runs a command in this process: its exit code, and what it printed to `out` and `err`."""
+
+    def __init__(self, capsys, *arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        self.code = ended.value.code or 0
+        self.out, self.err = capsys.readouterr()
+
+
+@pytest.fixture
+def call(capsys):
+    return lambda *arguments: Called(capsys, *arguments)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """A folder with a calibration file and its finished campaign."""
+    folder = tmp_path_factory.mktemp("calibration")
+    file = write_calibration(folder, TWO_ITERATIONS)
+    with pytest.raises(SystemExit) as ended:
+        main(["calibrate", str(file), "-o", str(folder / "campaign"), "--quiet"])
+    assert ended.value.code in (None, 0)
+    return folder / "campaign"
+
+
+@pytest.mark.parametrize("command", [*(command.callback.__name__ for command in app.registered_commands), "simulate triaxial"])
+def test_every_command_has_help_with_an_example(call, command):
+    called = call(*command.split(), "--help")
+    assert called.code == 0 and f"Example:  graincal {command}" in called.out
+
+
+def test_the_version_names_the_build(call):
+    called = call("--version")
+    assert called.code == 0 and gc.__version__ in called.out and "commit" in called.out
+
+
+def test_a_calibration_says_what_it_found(call, tmp_path):
+    called = call("calibrate", write_calibration(tmp_path, TWO_ITERATIONS), "-o", tmp_path / "campaign", "--workers", "2", "--seed", "4")
+    assert called.code == 0 and called.err == ""
+    for said in ("iteration 0 (at most 1), drained: 20 of 20 samples to evaluate", "Stopped by max_iterations", "40 evaluations", "Grade:", "dilatancy"):
+        assert said in called.out
+    kept = (tmp_path / "campaign" / "campaign.toml").read_text()
+    assert kept.startswith("# Begun with --seed 4, instead of the seed below.\n") and kept.endswith((tmp_path / "calibration.toml").read_text())
+    # What runs in processes from a file is what runs on threads from Python.
+    stop = gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=2)
+    space = gc.ParameterSpace({"strength": (0, 1), "dilatancy": (0, 1)})
+    expected = gc.calibrate(gc.PythonModel(respond), reference(), space, seed=4, stop=stop)
+    np.testing.assert_array_equal(gc.Result.read(tmp_path / "campaign").iterations[1].weights, expected.iterations[1].weights)
+
+
+def test_quiet_is_silent(campaign, call):
+    called = call("resume", campaign, "--quiet")
+    assert (called.code, called.out, called.err) == (0, "", "")
+
+
+def test_status_is_a_contract(campaign, call):
+    found = json.loads(call("status", campaign, "--json").out)
+    assert list(found) == [
+        "folder", "state", "graincal", "started", "updated", "method", "seed", "parameters", "experiments", "evaluations", "failures", "iteration",
+        "iterations", "best", "most_probable", "stopped_by", "stopped_because", "seconds", "seconds_left",
+    ]  # fmt: skip
+    assert (found["state"], found["evaluations"], found["stopped_by"], found["seconds_left"]) == ("finished", 40, "max_iterations", 0.0)
+    assert found["iteration"] == {"index": 1, "samples": 20, "evaluated": 20, "failed": 0}
+    assert list(found["iterations"][0]) == ["index", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error", "best_error"]
+    assert list(found["best"]) == ["sample", "iteration", "error", "theta"] and list(found["best"]["theta"]) == ["strength", "dilatancy"]
+    words = call("status", campaign)
+    assert words.code == 0 and "finished" in words.out and "stopped by max_iterations" in words.out
+
+
+def test_export_gives_every_figure(campaign, call, tmp_path):
+    paths = call("export", campaign, "--to", "csv", "-o", tmp_path).out.split()
+    assert [Path(path).name for path in paths] == ["samples.csv", "iterations.csv", "responses_drained.csv"]
+    result = gc.Result.read(campaign)
+    with open(tmp_path / "samples.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["strength"]) for row in rows] == result.samples[:, 0].tolist()
+    assert sum(float(row["weight"]) for row in rows) == pytest.approx(2)
+    assert {row["failure"] for row in rows if row["error"] == "nan"} <= {"error: ArithmeticError: no equilibrium (soil.py, line 18)."}
+
+    call("export", campaign, "--to", "json", "-o", tmp_path)
+    document = json.loads((tmp_path / "campaign.json").read_text())
+    assert np.array(document["iterations"][1]["weights"]).shape == (11, 20)
+    best = document["samples"][result.best.sample]
+    assert best["theta"] == result.best.theta.tolist() and best["error"] == result.best.error
+    assert best["responses"]["drained"]["void_ratio"] == result.response(result.best.sample).values["void_ratio"].tolist()
+
+
+def test_check_reads_draws_and_estimates(call, tmp_path):
+    called = call("check", write_calibration(tmp_path), "--plot", tmp_path / "references.png")
+    assert called.code == 0 and (tmp_path / "references.png").stat().st_size > 1000
+    for said in ("parameter strength: 0 to 1", "11 states, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
+        assert said in called.out
+
+
+def test_init_proposes_a_file_and_overwrites_nothing(call, tmp_path):
+    write_calibration(tmp_path)
+    proposed = tmp_path / "proposed.toml"
+    called = call("init", tmp_path / "reference.csv", "--strain", "logarithmic", "--confining-pressure", "5e5", "-o", proposed)
+    assert called.code == 0 and "axial_strain: column 'axial_strain'" in called.out and "CHECK" in proposed.read_text()
+    again = call("init", tmp_path / "reference.csv", "-o", proposed)
+    assert again.code == 1 and again.err == f"{proposed}: this file is there already and is not overwritten; name another by -o.\n"
+
+
+def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
+    given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "0.5e6"]
+    truth = [part for value in ("log_E=7.5", "nu=0.2", "phi=30", "beta_m=0.1", "eta_m=0.5") for part in ("-p", value)]
+    called = call(*given, *truth, "--axial-strain", "0.01", "--increment", "0.004", "-o", tmp_path / "reference.csv", "--plot", tmp_path / "curve.png")
+    assert called.code == 0 and called.out == "" and called.err.startswith("4 states")
+    curve = np.genfromtxt(tmp_path / "reference.csv", delimiter=",", names=True)
+    assert curve.dtype.names[:4] == ("axial_strain", "volumetric_strain", "stress_ratio", "void_ratio")
+    np.testing.assert_allclose(curve["axial_strain"], [0, 0.004, 0.008, 0.01], atol=1e-6)
+    assert (tmp_path / "curve.png").exists()
+    assert "together 0.00 %" in call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
+
+    file = tmp_path / "triaxial.toml"
+    model = f'{{ kind = "triaxial", packing = "{PACKING}", confining_pressure = 0.5e6, fixed = {{ nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}'
+    file.write_text(
+        "[parameters]\nlog_E = { range = [7, 8] }\nphi = { range = [20, 40] }\n"
+        '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\nobservables = { stress_ratio = {}, volumetric_strain = {} }\n'
+        f"model = {model}\n[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
+    )
+    checked = call("check", file)
+    assert checked.code == 0 and "500 particles" in checked.out and "Expect 6 evaluations an iteration" in checked.out
+    assert call("calibrate", file, "-o", tmp_path / "campaign").code == 0
+    result = gc.Result.read(tmp_path / "campaign")
+    assert result.failures == 0 and result.best.error < 40
+    assert result.experiments[0].model.packing.count == 500 and np.all(result.seconds > 0)
+    assert "coordination_number" in result.response(0).values
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("calibrate nowhere.toml -o out", "nowhere.toml: a calibration file was expected here (No such file or directory)."),
+        ("resume nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
+        ("status nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
+        ("export nowhere --to csv", "nowhere: there is no campaign in this folder (no campaign.db)."),
+        ("check nowhere.toml", "nowhere.toml: a calibration file was expected here (No such file or directory)."),
+        ("init nowhere.csv", "nowhere.csv: there is no such file, and a laboratory file was expected here."),
+        ("simulate triaxial --packing nowhere.csv --confining-pressure 1e5 -p phi=3", "nowhere.csv: the packing cannot be read (No such file or directory)."),
+        ("simulate triaxial --packing x --confining-pressure 1e5 -p phi", "-p phi: NAME=VALUE with a number was expected, such as -p phi=28.1."),
+        ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 -p phi=2", "-p phi=2: phi is given twice."),
+        (
+            "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --axial-strain 20",
+            "--axial-strain and --increment must be fractions with 0 < increment <= strain < 1, not 20 and 0.004.",
+        ),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_the_code_1(call, tmp_path, monkeypatch, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    called = call(*arguments.split())
+    assert (called.code, called.err, called.out) == (1, f"{said}\n", "")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_with_a_campaign_is_refused_with_the_way_on(call, campaign):
+    file = campaign.parent / "calibration.toml"
+    same = call("calibrate", file, "-o", campaign)
+    assert same.code == 1 and same.err.endswith(f"go on with it by: graincal resume {campaign}\n")
+    other = call("calibrate", file, "-o", campaign, "--seed", "77")
+    assert other.code == 1 and other.err == f"{campaign}: this folder holds another campaign, and a new one needs a folder of its own.\n"
+
+
+SLOW = """
+import time
+from soil import respond as soil
+
+def respond(theta):
+    time.sleep({seconds})
+    return soil(theta)
+"""
+
+
+def start(folder, seconds, *arguments, **options):
+    """A process that calibrates with a function that takes its time."""
+    file = write_calibration(folder, ("soil:respond", "slow:respond"), TWO_ITERATIONS)
+    (folder / "slow.py").write_text(SLOW.format(seconds=seconds))
+    command = [sys.executable, "-c", "from graincal.cli import main; main()", "calibrate", file, "-o", folder / "campaign", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def test_ctrl_c_stores_and_says_how_to_go_on(campaign, call, tmp_path):
+    process = start(tmp_path, 0.3)
+    folder = tmp_path / "campaign"
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and not (holds_campaign(folder) and status(folder)["evaluations"]):
+        time.sleep(0.1)
+    assert status(folder)["state"] == "running"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 130 and "Stopped by" not in out
+    assert err == f"Stopped. All that was finished is stored; go on with:\n  graincal resume {folder}\n"
+    found = status(folder)
+    assert found["state"] == "interrupted" and 0 < found["evaluations"] < 20 and found["seconds_left"] > 0
+    assert "go on with: graincal resume" in call("status", folder).out
+
+    (tmp_path / "slow.py").write_text("from soil import respond\n")
+    assert call("resume", folder, "--workers", "2").code == 0
+    whole, resumed = gc.Result.read(campaign), gc.Result.read(folder)
+    np.testing.assert_array_equal(resumed.samples, whole.samples)
+    np.testing.assert_array_equal(resumed.iterations[1].weights, whole.iterations[1].weights)
+
+
+@pytest.mark.parametrize("size", [1_000, 40_000])
+def test_a_full_disk_is_one_sentence_and_loses_nothing(campaign, call, tmp_path, size):
+    # A limit on the size of files stands for a disk that is full at once, or fills up while the campaign runs.
+    process = start(tmp_path, 0, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
+    out, err = process.communicate(timeout=60)
+    folder = tmp_path / "campaign"
+    assert process.returncode == 1 and err.startswith(f"{folder / 'campaign.db'}: ") and err.count("\n") == 1
+    if holds_campaign(folder):
+        assert 0 < status(folder)["evaluations"] < 40
+        again = call("resume", folder, "-q")
+    else:
+        again = call("calibrate", tmp_path / "calibration.toml", "-o", folder, "-q")
+    assert (again.code, again.err) == (0, "")
+    np.testing.assert_array_equal(gc.Result.read(folder).iterations[1].weights, gc.Result.read(campaign).iterations[1].weights)
+
+
+def test_a_campaign_may_be_moved(campaign, call, tmp_path):
+    moved = shutil.copytree(campaign, tmp_path / "moved")
+    assert json.loads(call("status", moved, "--json").out)["best"] == json.loads(call("status", campaign, "--json").out)["best"]
