@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal import demo
 from graincal.campaign.status import status
 from graincal.campaign.store import holds_campaign
 from graincal.cli import app, main
 
 from .hyperbola import reference, respond, write_calibration
 
-PACKING = Path(__file__).parents[1] / "data" / "packing_500.csv"
+PACKING = Path(demo.__file__).with_name("packing_500.csv")
 TWO_ITERATIONS = ("max_iterations = 3", "max_iterations = 2")
 
 
@@ -64,6 +65,7 @@ def test_the_version_names_the_build(call):
 def test_a_calibration_says_what_it_found(call, tmp_path):
     called = call("calibrate", write_calibration(tmp_path, TWO_ITERATIONS), "-o", tmp_path / "campaign", "--workers", "2", "--seed", "4")
     assert called.code == 0 and called.err == ""
+    assert called.out.endswith(f"Report: {tmp_path / 'campaign' / 'report.html'}\n") and (tmp_path / "campaign" / "report.html").exists()
     for said in ("iteration 0 (at most 1), drained: 20 of 20 samples to evaluate", "Stopped by max_iterations", "40 evaluations", "Grade:", "dilatancy"):
         assert said in called.out
     kept = (tmp_path / "campaign" / "campaign.toml").read_text()

@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graincal import Packing
+from graincal import Packing, demo
 from graincal.models.triaxial import PARAMETERS
 
 from .curves import COMPARED, Replicates, error, mean_curve, read_columns, replicate_floor, sample_error
 
 DATA = Path(__file__).parents[1] / "data"
-PACKING = DATA / "packing_500.csv"
+PACKING = Path(demo.__file__).with_name("packing_500.csv")
 CASES = ("table3", "soft_rough")
 SCALINGS = (999, 1000, 1001)
 STRAINS = 0.004 * np.arange(26)

@@ -10,8 +10,10 @@ import typer
 
 from graincal.cli.calibrate import calibrate
 from graincal.cli.check import check
+from graincal.cli.demo import demo
 from graincal.cli.export import export
 from graincal.cli.init import init
+from graincal.cli.pack import pack
 from graincal.cli.report import report
 from graincal.cli.resume import resume
 from graincal.cli.simulate import simulate
@@ -20,6 +22,7 @@ from graincal.cli.version import print_version
 from graincal.data import InputError
 
 app = typer.Typer(name="graincal", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command(epilog="Example:  graincal demo -o graincal-demo")(demo)
 app.command(epilog="Example:  graincal init test.csv --strain engineering --confining-pressure 5e5")(init)
 app.command(epilog="Example:  graincal check calibration.toml --plot references.png")(check)
 app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(calibrate)
@@ -27,6 +30,7 @@ app.command(epilog="Example:  graincal resume campaign")(resume)
 app.command(epilog="Example:  graincal status campaign --json")(status)
 app.command(epilog="Example:  graincal report campaign")(report)
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
+app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
 app.add_typer(simulate, name="simulate")
 
 

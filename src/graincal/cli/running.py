@@ -12,6 +12,7 @@ from rich.table import Table
 
 from graincal.campaign import Calibration, Listener, Result
 from graincal.campaign.config import read_calibration
+from graincal.campaign.running import REPORT
 from graincal.campaign.store import holds_campaign
 from graincal.cli.progress import Progress
 from graincal.inference import Stop
@@ -35,6 +36,13 @@ def run(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result],
         raise
     show(result, folder, console)
     return result
+
+
+def run_and_report(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
+    """Run a campaign and write its report into its folder."""
+    path = run(folder, stop, start, quiet=quiet).report(folder / REPORT)
+    if not quiet:
+        typer.echo(f"Report: {path}")
 
 
 def show(result: Result, folder: Path, console: Console) -> None:

@@ -57,10 +57,18 @@ def prepare(particles: int, void_ratio: float, grading: str | Path | Grading = "
     cached = _cache_folder() / f"{_fingerprint(particles, void_ratio, grading, seed)}.csv"
     if cached.exists():
         return Packing.read(cached)
-    packing = _prepare(particles, void_ratio, grading, seed)
-    _write_whole(packing, cached, f"periodic packing prepared by graincal: grading {grading.name}, void ratio {void_ratio:g}, seed {seed}, metres")
+    try:
+        packing = _prepare(particles, void_ratio, grading, seed)
+    except RuntimeError as error:
+        raise InputError(f"no packing of {particles} particles of grading {grading.name} could be prepared with seed {seed}: {error}.") from error
+    _write_whole(packing, cached, comment(void_ratio, grading.name, seed))
     # What is written is what everybody else will read.
     return Packing.read(cached)
+
+
+def comment(void_ratio: float, grading: str, seed: int) -> str:
+    """What the first line of a prepared packing's file says."""
+    return f"periodic packing prepared by graincal: grading {grading}, void ratio {void_ratio:g}, seed {seed}, metres"
 
 
 def _prepare(particles: int, void_ratio: float, grading: Grading, seed: int) -> Packing:

@@ -1,0 +1,67 @@
+"""graincal demo."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from graincal.cli.options import Quiet, Workers
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from graincal.campaign import Result
+
+
+def demo(
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The campaign's folder; graincal-demo, or the next free name.", metavar="DIR")] = None,
+    workers: Workers = "all",
+    quiet: Quiet = False,
+) -> None:
+    """A whole calibration on an embedded default, with its report: some minutes on two cores.
+
+    A synthetic triaxial test at known parameters is calibrated as if it were measured: 500 particles, all five parameters over their full ranges.
+    """
+    from rich.console import Console
+
+    from graincal import demo as example
+    from graincal.campaign import begin
+    from graincal.cli.chart import chart
+    from graincal.cli.options import number_of_workers
+    from graincal.cli.running import run
+
+    console = Console(highlight=False, markup=False, quiet=quiet)
+    folder = output or _free_folder()
+    grains = example.packing()
+    reference = example.reference(grains)
+    calibration = example.calibration(grains, reference, workers=number_of_workers(workers))
+    console.print(f"A triaxial test of {grains.count} particles at {example.CONFINING_PRESSURE / 1e6:g} MPa, and one simulation in the middle of the ranges:\n")
+    guess = example.first_curve(grains)
+    for name, title in (("stress_ratio", "stress ratio [-]"), ("volumetric_strain", "volumetric strain [%]")):
+        scale = 100 if name == "volumetric_strain" else 1
+        curves = {"reference": scale * reference.observables[name], "simulation": scale * guess.values[name]}
+        console.print(chart(100 * reference.control, curves, title=title))
+    console.print(f"{'axial strain [%]':>40}\n")
+    result = run(folder, calibration.stop, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
+    console.print()
+    console.print(_truth_beside(result, example.TRUTH))
+    console.print(f"Report: {result.report(folder / 'report.html')}")
+
+
+def _truth_beside(result: Result, truth: Mapping[str, float]) -> Table:
+    from rich.table import Table
+
+    table = Table("parameter", "truth", "mean ± sd", "most probable", box=None, header_style="bold", padding=(0, 2, 0, 0))
+    mean, spread = result.posterior.mean(), result.posterior.std()
+    for k, name in enumerate(result.space.names):
+        table.add_row(name, f"{truth[name]:.4g}", f"{mean[k]:.3g} ± {spread[k]:.2g}", f"{result.most_probable.theta[k]:.3g}")
+    return table
+
+
+def _free_folder() -> Path:
+    names = itertools.chain(["graincal-demo"], (f"graincal-demo-{number}" for number in itertools.count(2)))
+    return next(path for path in map(Path, names) if not path.exists())

@@ -1,0 +1,40 @@
+"""graincal pack."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graincal.cli.options import Quiet
+from graincal.data import InputError
+
+
+def pack(
+    particles: Annotated[int, typer.Option(min=1, help="How many spheres.")],
+    void_ratio: Annotated[float, typer.Option(help="Volume of voids over volume of solids, before the test's own compression.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The packing file to write; nothing is overwritten.", metavar="FILE")],
+    grading: Annotated[str, typer.Option(help="toyoura, or a CSV file with the columns 'size [mm],passing [%]'.")] = "toyoura",
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, another packing.")] = 1,
+    quiet: Quiet = False,
+) -> None:
+    """Prepare a packing: a cloud of the grading is compacted, and friction lowered until the void ratio is met.
+
+    The same request gives the same packing, which is kept in the cache folder ($GRAINCAL_CACHE, or ~/.cache/graincal/packings).
+    """
+    from graincal.dem.preparation import comment, prepare
+
+    if output.exists():
+        raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.")
+    packing = prepare(particles, void_ratio, grading, seed)
+    try:
+        packing.write(output, comment(void_ratio, grading, seed))
+    except OSError as error:
+        raise InputError(f"{output}: a file cannot be written here ({error.strerror}).") from None
+    if not quiet:
+        x, y, z = (1e3 * length for length in packing.edges.diagonal())
+        diameters = 2e3 * packing.radii
+        typer.echo(f"{packing.count} particles of {diameters.min():.3g} to {diameters.max():.3g} mm in a cell of {x:.4g} x {y:.4g} x {z:.4g} mm")
+        typer.echo(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
+        typer.echo(f"Written to {output}.")

@@ -1,0 +1,58 @@
+"""A whole calibration on an embedded default: what `graincal demo` runs."""
+
+from __future__ import annotations
+
+from importlib.resources import as_file, files
+from typing import Literal
+
+import numpy as np
+
+from graincal.campaign import Experiment
+from graincal.campaign.calibration import Calibration
+from graincal.data import Failure, ParameterSpace, Reference, Response
+from graincal.dem.packing import Packing
+from graincal.inference import Stop
+from graincal.models import TriaxialTest
+
+TRUTH = {"log_E": 8.6, "nu": 0.25, "phi": 32.0, "beta_m": 0.15, "eta_m": 0.35}
+CONFINING_PRESSURE = 0.5e6
+AXIAL_STRAIN = np.arange(0.0, 0.0501, 0.002)
+REFERENCE_DENSITY_SCALING = 1.5e3
+"""The reference is a run of its own: another density scaling takes other time steps, and no sample can repeat it grain for grain."""
+
+
+def packing() -> Packing:
+    """The embedded packing: 500 particles of the Toyoura grading at a void ratio of 0.68, by `graincal pack --seed 1`."""
+    with as_file(files(__name__) / "packing_500.csv") as path:
+        return Packing.read(path)
+
+
+def reference(grains: Packing) -> Reference:
+    """The synthetic reference: the response at TRUTH."""
+    test = TriaxialTest(grains, CONFINING_PRESSURE, density_scaling=REFERENCE_DENSITY_SCALING)
+    response = _answered(test.simulate([list(TRUTH.values())], at=AXIAL_STRAIN)[0])
+    names = ("stress_ratio", "volumetric_strain")
+    return Reference(AXIAL_STRAIN, {name: response.values[name] for name in names})
+
+
+def first_curve(grains: Packing) -> Response:
+    """The response in the middle of the ranges: what one knows before calibrating."""
+    space = ParameterSpace.paper()
+    return _answered(TriaxialTest(grains, CONFINING_PRESSURE).simulate([0.5 * (space.low + space.high)], at=AXIAL_STRAIN)[0])
+
+
+def calibration(grains: Packing, measured: Reference, *, workers: int | Literal["all"] = "all", seed: int = 1) -> Calibration:
+    """All five parameters over the paper's ranges, by iterations of 80 samples, four at the most."""
+    return Calibration(
+        ParameterSpace.paper(),
+        [Experiment("demo", TriaxialTest(grains, CONFINING_PRESSURE), measured)],
+        stop=Stop(s=0.01, gl_error_increment=False, error=False, error_increment=False, max_iterations=4),
+        seed=seed,
+        workers=workers,
+    )
+
+
+def _answered(outcome: Response | Failure) -> Response:
+    if isinstance(outcome, Failure):
+        raise RuntimeError(f"the demo's simulation failed: {outcome.reason}")
+    return outcome
