@@ -78,6 +78,11 @@ def test_neither_workers_nor_folder_nor_executor_change_the_result(result, tmp_p
         assert_same(result, gc.calibrate(gc.PythonModel(respond, executor=executor), reference(), SPACE, seed=4, stop=STOP))
 
 
+def test_the_result_knows_the_model_that_was_handed_over(result):
+    ((_, again),) = result.experiments[0].evaluate(gc.Samples(np.zeros(1, int), result.best.theta[None], SPACE.names))
+    np.testing.assert_array_equal(again.values["void_ratio"], result.response(result.best.sample).values["void_ratio"])
+
+
 def test_another_seed_gives_other_samples(result):
     assert not np.any(calibrate(seed=5, stop=gc.Stop(max_iterations=1)).samples == result.samples[:20])
 

@@ -45,13 +45,13 @@ class Campaign:
             self.store.complete(filter.iterations[-1])
             replayed = index < known
             if self.store.folder and (filter.finished or not replayed):
-                write_curves(Result(self.store), self.store.folder / CURVES)
+                write_curves(Result(self.store, self.calibration), self.store.folder / CURVES)
             for listener in self.listeners:
                 listener.iteration_ends(filter.iterations[-1], replayed)
         self.store.stop(filter.stopped_by, filter.stopped_because)
         for listener in self.listeners:
             listener.stops(filter.stopped_by, filter.stopped_because)
-        return Result(self.store)
+        return Result(self.store, self.calibration)
 
     def _evaluate(self, iteration: int, samples: Samples) -> None:
         """Evaluate what is waiting, one experiment after the other; a sample that fails in one is left out of the next."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from graincal.campaign.calibration import Calibration
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
@@ -36,9 +37,9 @@ class Result:
     calibration: what was asked. provenance: what it was computed with. started: when, ISO 8601.
     """
 
-    def __init__(self, store: Store) -> None:
+    def __init__(self, store: Store, calibration: Calibration) -> None:
         self._store = store
-        self.calibration = store.calibration
+        self.calibration = calibration
         self.provenance = store.provenance
         self.started = store.meta("started")
         self.stopped_by = store.meta("stopped_by")
@@ -57,7 +58,8 @@ class Result:
     @classmethod
     def read(cls, folder: str | Path) -> Result:
         """The result in a campaign's folder, also of one that is still running. Raises InputError while no iteration is complete."""
-        return cls(Store.open(Path(folder)))
+        store = Store.open(Path(folder))
+        return cls(store, store.calibration)
 
     @property
     def space(self) -> ParameterSpace:

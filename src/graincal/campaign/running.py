@@ -100,7 +100,7 @@ def resume(
     if workers is not None:
         calibration = replace(calibration, workers=workers)
     if store.meta("stopped_by"):
-        return Result(store)
+        return Result(store, calibration)
     calibration.check()
     with closing(Log(folder)) as log:
         return _run(calibration, store, log, listeners)

@@ -33,7 +33,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     store = Store.open(folder)
     running, finished = is_running(folder), store.meta("stopped_by") is not None
     counts, seconds = store.counts(), [took for *_, took in store.runs() if took is not None]
-    result = Result(store) if store.iterations() else None
+    result = Result(store, store.calibration) if store.iterations() else None
     return {
         "folder": str(folder),
         "state": "finished" if finished else "running" if running else "interrupted",

@@ -44,6 +44,10 @@ def _root(
 def main(arguments: list[str] | None = None) -> None:
     """Run a command and exit: 0 if all is well, 1 for a mistake or trouble (a sentence on standard error), 2 for a wrong call, 130 after Ctrl-C."""
     before = signal.signal(signal.SIGINT, _interrupt_once)
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal without Greek letters shows a question mark, not a traceback.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
     try:
         app(arguments)
     except InputError as error:

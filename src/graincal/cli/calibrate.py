@@ -25,11 +25,11 @@ def calibrate(
 
     from graincal.campaign import begin
     from graincal.cli.options import number_of_workers
-    from graincal.cli.running import read, run
+    from graincal.cli.running import read, run_and_report
 
     calibration = read(file, quiet=quiet)
     if workers is not None:
         calibration = replace(calibration, workers=number_of_workers(workers))
     if seed is not None:
         calibration = replace(calibration, seed=seed, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")
-    run(output, calibration.stop, lambda listeners: begin(calibration, output, listeners), quiet=quiet)
+    run_and_report(output, calibration.stop, lambda listeners: begin(calibration, output, listeners), quiet=quiet)

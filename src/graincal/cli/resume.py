@@ -12,8 +12,8 @@ def resume(folder: Folder, workers: Workers = None, quiet: Quiet = False) -> Non
     from graincal import campaign
     from graincal.campaign.store import Store
     from graincal.cli.options import number_of_workers
-    from graincal.cli.running import run
+    from graincal.cli.running import run_and_report
 
     stop = Store.open(folder).calibration.stop
     chosen = None if workers is None else number_of_workers(workers)
-    run(folder, stop, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners), quiet=quiet)
+    run_and_report(folder, stop, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners), quiet=quiet)

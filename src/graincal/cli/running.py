@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -26,7 +27,7 @@ def read(file: Path, *, quiet: bool = False) -> Calibration:
 
 def run(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
     """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
-    console = Console(highlight=False, markup=False, quiet=quiet)
+    console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
         with Progress(stop, console) as progress:
             result = start([progress])

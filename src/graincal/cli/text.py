@@ -27,8 +27,10 @@ def resample(control: Sequence[float], values: Sequence[float], width: int = 40)
 
 def duration(seconds: float) -> str:
     """A time span to read."""
+    if seconds < 1:
+        return "less than 1 s"
     if seconds < 60:
-        return f"{seconds:.2g} s"
+        return f"{seconds:.0f} s"
     if seconds < 5400:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
