@@ -215,6 +215,12 @@ def test_files_that_belong_to_no_campaign_are_left_alone(tmp_path):
         calibrate(folder=tmp_path / "report.html")
 
 
+def test_a_log_that_cannot_be_written_is_said(tmp_path):
+    (tmp_path / "log.txt").symlink_to("/dev/full")
+    with pytest.raises(gc.FolderError, match=r"log.txt: the disk is full; what was finished before is safe"):
+        calibrate(folder=tmp_path)
+
+
 def test_two_processes_do_not_run_one_campaign(tmp_path):
     waiting, go_on = threading.Event(), threading.Event()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -62,11 +63,13 @@ class Campaign:
             for listener in self.listeners:
                 listener.experiment_begins(iteration, experiment.name, len(waiting), len(samples))
             self.store.begin(waiting.ids, number)
-            for row, outcome in experiment.evaluate(waiting, self.calibration.number_of_workers):
-                id = int(waiting.ids[row])
-                self.store.record(id, number, outcome)
-                for listener in self.listeners:
-                    listener.evaluated(id, experiment.name, outcome)
+            # Closed at once if storing fails: what is under way must not go on behind an error.
+            with closing(experiment.evaluate(waiting, self.calibration.number_of_workers)) as outcomes:
+                for row, outcome in outcomes:
+                    id = int(waiting.ids[row])
+                    self.store.record(id, number, outcome)
+                    for listener in self.listeners:
+                        listener.evaluated(id, experiment.name, outcome)
 
     def _outcomes(self, samples: Samples) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
         """The responses of all samples, one (N, T, J) for each experiment, and which failed."""

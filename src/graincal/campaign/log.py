@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import time
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -64,7 +65,9 @@ class Log(Listener):
 
     def close(self) -> None:
         """Give the lock back."""
-        self._file.close()
+        # What could not be written has been said when it was written.
+        with suppress(OSError):
+            self._file.close()
 
     def _lock(self) -> bool:
         deadline = time.monotonic() + _PATIENCE

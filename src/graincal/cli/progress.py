@@ -25,7 +25,7 @@ class Progress(Listener):
 
     def __init__(self, stop: Stop, console: Console) -> None:
         self._console = console
-        self._limit = f" (at most {stop.max_iterations - 1})" if stop.max_iterations else ""
+        self._limit = f" (of at most {stop.max_iterations})" if stop.max_iterations else ""
         self._iterations: list[Iteration] = []
         self._heading = ""
         self._done = self._total = self._failed = 0
