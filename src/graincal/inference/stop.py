@@ -56,7 +56,7 @@ class Stop:
             changes = {"gl_error": abs(last.gl_error - before.gl_error), "error": abs(last.error - before.error)}
         met = {}
         for name, value, words in (
-            ("s", last.s, "s = {:.3g} is at most {:g}"),
+            ("s", last.s, "the covariance coefficient s = {:.3g} is at most {:g}"),
             ("gl_error_increment", changes.get("gl_error"), "the GL error changed by {:.2g} percentage points, at most {:g}"),
             ("error", last.error, "the most probable sample's error of {:.2f} % is at most {:g} %"),
             ("error_increment", changes.get("error"), "the most probable sample's error changed by {:.2g} percentage points, at most {:g}"),
