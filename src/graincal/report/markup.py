@@ -1,0 +1,24 @@
+"""Text with subscripts and superscripts, written `φ_{m}` and `10^{8}`, for the places where text is shown."""
+
+from __future__ import annotations
+
+import html
+import re
+
+_SCRIPT = re.compile(r"([_^])\{([^{}]*)\}")
+_TAGS = {"_": "sub", "^": "sup"}
+
+
+def to_html(text: str) -> str:
+    """As HTML, everything else escaped; Plotly's labels read it too."""
+    return _SCRIPT.sub(lambda found: f"<{_TAGS[found[1]]}>{found[2]}</{_TAGS[found[1]]}>", html.escape(text, quote=False))
+
+
+def to_mathtext(text: str) -> str:
+    """As Matplotlib's mathtext."""
+    return _SCRIPT.sub(lambda found: rf"${found[1]}{{\mathrm{{{found[2]}}}}}$", text.replace("$", r"\$"))
+
+
+def to_plain(text: str) -> str:
+    """As plain characters: `φ_m`, `10^8`."""
+    return _SCRIPT.sub(r"\1\2", text)

@@ -1,0 +1,119 @@
+"""The HTML page: sections, tables and plots in one file that asks nothing of a network."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable
+from importlib.resources import files
+
+from plotly.offline import get_plotlyjs
+
+from graincal.report.drawing import Band, Bars, Figure, Mark, Panel, Points
+from graincal.report.markup import to_html, to_plain
+from graincal.report.palette import Style
+from graincal.report.tables import Table
+from graincal.report.with_plotly import describe, describe_square
+
+# A browser enforces it: whatever the page holds, it loads nothing from anywhere.
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:"
+_DASHES = {"solid": "", "dash": "7 4", "dot": "2 3", "dashdot": "7 3 2 3"}
+
+
+class Page:
+    """A page that grows from top to bottom."""
+
+    def __init__(self, title: str, subtitle: str) -> None:
+        self._title = title
+        self._body = [f"<header><h1>{to_html(title)}</h1><p>{to_html(subtitle)}</p></header>"]
+        self._plots: dict[str, dict] = {}
+
+    def heading(self, text: str) -> None:
+        self._body.append(f"<h2>{to_html(text)}</h2>")
+
+    def paragraph(self, sentences: Iterable[str], kind: str = "") -> None:
+        if text := " ".join(map(to_html, sentences)):
+            self._body.append(f'<p class="{kind}">{text}</p>' if kind else f"<p>{text}</p>")
+
+    def items(self, items: Iterable[tuple[str, Iterable[str]]]) -> None:
+        """Terms, and the paragraphs that are said of each."""
+        rows = "".join(f"<div><dt>{to_html(term)}</dt><dd>{''.join(f'<p>{to_html(text)}</p>' for text in said)}</dd></div>" for term, said in items)
+        self._body.append(f"<dl>{rows}</dl>")
+
+    def command(self, line: str) -> None:
+        """A command line to copy."""
+        self._body.append(f"<pre><code>{html.escape(line)}</code></pre>")
+
+    def table(self, table: Table) -> None:
+        head = "".join(f"<th{_figures(table, k)}>{to_html(text)}</th>" for k, text in enumerate(table.head))
+        rows = "".join("<tr>" + "".join(f"<td{_figures(table, k)}>{to_html(text)}</td>" for k, text in enumerate(row)) + "</tr>" for row in table.rows)
+        thead = f"<thead><tr>{head}</tr></thead>" if any(table.head) else ""
+        self._body.append(f'<div class="scrolls" tabindex="0"><table>{thead}<tbody>{rows}</tbody></table></div>')
+
+    def figure(self, figure: Figure) -> None:
+        plots = self._square(figure) if figure.square else "".join(self._panel(figure, k, panel) for k, panel in enumerate(figure.panels))
+        key = "".join(f"<li>{_swatch(mark)}<span>{to_html(mark.name)}</span></li>" for mark in figure.key)
+        self._body.append(
+            f'<figure id="{figure.name}"><h3>{to_html(figure.title)}</h3>'
+            + (f'<ul class="key">{key}</ul>' if key else "")
+            + f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{figure.columns}">{plots}</div><figcaption>{to_html(figure.caption)}</figcaption></figure>'
+        )
+
+    def render(self) -> str:
+        """The whole page."""
+        assets = files("graincal.report")
+        # No text in it may end the script, or hide what follows.
+        plots = json.dumps(self._plots, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+        return "\n".join(
+            [
+                '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+                f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+                '<meta name="viewport" content="width=device-width, initial-scale=1">',
+                f'<link rel="icon" href="data:,">\n<title>{html.escape(to_plain(self._title))}</title>',
+                f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style>\n</head>\n<body>\n<main>",
+                *self._body,
+                f'</main>\n<script type="application/json" id="plots">{plots}</script>',
+                f"<script>{get_plotlyjs()}</script>",
+                f"<script>\n{(assets / 'page.js').read_text(encoding='utf-8')}</script>\n</body>\n</html>\n",
+            ]
+        )
+
+    def _panel(self, figure: Figure, number: int, panel: Panel) -> str:
+        plot = f"plot-{figure.name}-{number}"
+        self._plots[plot] = describe(panel)
+        title = f"<h4>{to_html(panel.title)}</h4>" if panel.title else ""
+        return f'<div class="panel">{title}{_frame(plot, panel.title or figure.title)}</div>'
+
+    def _square(self, figure: Figure) -> str:
+        plot = f"plot-{figure.name}"
+        self._plots[plot] = describe_square(figure)
+        return _frame(plot, figure.title)
+
+
+def _frame(plot: str, title: str) -> str:
+    return f'<div class="plot" id="{plot}" role="img" aria-label="{html.escape(to_plain(title))}"></div>'
+
+
+def _figures(table: Table, column: int) -> str:
+    return ' class="n"' if column >= table.figures else ""
+
+
+def _swatch(mark: Mark) -> str:
+    """A mark of the key as a small drawing."""
+    return f'<svg width="28" height="14" viewBox="0 0 28 14" aria-hidden="true">{_shape(mark, mark.style)}</svg>'
+
+
+def _shape(mark: Mark, style: Style) -> str:
+    if isinstance(mark, (Band, Bars)):
+        return f'<rect x="2" y="2" width="24" height="10" fill="{style.colour}" fill-opacity="{style.opacity}"/>'
+    if not isinstance(mark, Points):
+        return f'<path d="M1 7H27" stroke="{style.colour}" stroke-width="{style.width}" stroke-dasharray="{_DASHES[style.dash]}"/>'
+    r = min(style.size, 11) / 2
+    drawn = {
+        "circle": f'<circle cx="14" cy="7" r="{r}" fill="{style.colour}"/>',
+        "ring": f'<circle cx="14" cy="7" r="{r}" fill="none" stroke="{style.colour}" stroke-width="{style.width}"/>',
+        "cross": f'<path d="M{14 - r} {7 - r}L{14 + r} {7 + r}M{14 - r} {7 + r}L{14 + r} {7 - r}" stroke="{style.colour}" stroke-width="{style.width}"/>',
+        "diamond": f'<path d="M14 {7 - r}L{14 + r} 7L14 {7 + r}L{14 - r} 7Z" fill="{style.colour}"/>',
+        "square": f'<rect x="{14 - r}" y="{7 - r}" width="{2 * r}" height="{2 * r}" fill="{style.colour}"/>',
+    }
+    return drawn[style.symbol]

@@ -1,0 +1,119 @@
+"""Figure: the posterior in pairs of parameters (Hartmann, Cheng, Thornton 2022, Table 5)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from graincal.campaign import Result
+from graincal.data import ParameterSpace
+from graincal.inference import Iteration
+from graincal.report.drawing import Array, Axis, Bars, Figure, Level, Panel, Points
+from graincal.report.findings import effective_samples, signed
+from graincal.report.numbers import count, short
+from graincal.report.palette import BLUE, FAILED, LIMIT, VERMILLION, Style, colours_of, sign_colour
+from graincal.report.quantities import Quantity, parameters
+
+_BINS = 12
+_SMALLEST, _LARGEST = 4.0, 13.0
+_WEIGHTED = Style(BLUE, opacity=0.85)
+_RING = Style(VERMILLION, symbol="ring", size=_LARGEST + 4)
+
+
+def draw_pairs(result: Result) -> Figure | None:
+    """The weighted samples of the last iteration with weights: histograms on the diagonal, pairs below it, correlations above."""
+    if result.most_probable is None:
+        return None
+    iteration = result.iterations[result.most_probable.iteration]
+    carried = count(round(effective_samples(iteration.posterior)), "sample")
+    title = f"The {count(len(iteration.samples), 'sample')} of iteration {iteration.index} carry as much as {carried} of equal weight."
+    axes = [_axis(result.space, iteration, k, shown) for k, shown in enumerate(parameters(result.space))]
+    n = len(axes)
+    if n == 1:
+        panel = Panel("", axes[0], Axis("share of the weight [-]"), _histogram(result.space, iteration, 0, axes[0]))
+        return Figure("posterior", title, "A weighted histogram over the iteration's samples, not over the whole range.", (panel,))
+    caption = (
+        "Axes span the iteration's samples, not the whole ranges; grey lines are ends of a range. Diagonal: weighted histograms. "
+        "Below it: the larger and darker a sample, the more weight it carries. Above it: Pearson correlations under the weights."
+    )
+    correlation = iteration.posterior.correlation()
+    panels = tuple(_panel(result.space, iteration, axes, correlation, row, column) for row in range(n) for column in range(n))
+    return Figure("posterior", title, caption, panels, columns=n, square=True)
+
+
+def _panel(space: ParameterSpace, iteration: Iteration, axes: list[Axis], correlation: Array, row: int, column: int) -> Panel:
+    if column > row:
+        return _cell(float(correlation[row, column]))
+    x = axes[column] if row == len(axes) - 1 else _bare(axes[column])
+    if column == row:
+        return Panel("", x, Axis(ticks=()), _histogram(space, iteration, row, axes[row]))
+    return Panel("", x, axes[row] if column == 0 else _bare(axes[row]), _scatter(space, iteration, axes, row, column))
+
+
+def _axis(space: ParameterSpace, iteration: Iteration, k: int, shown: Quantity) -> Axis:
+    low, high = float(iteration.samples.theta[:, k].min()), float(iteration.samples.theta[:, k].max())
+    margin = 0.06 * (high - low) or 0.01 * float(space.high[k] - space.low[k])
+    return Axis(shown.axis, (low - margin, high + margin), ticks=_few_ticks(low - margin, high + margin))
+
+
+def _bare(axis: Axis) -> Axis:
+    """The axis inside the matrix, whose label and ticks stand at its edge."""
+    return replace(axis, label="", ticks=())
+
+
+def _few_ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
+    """Two ticks, neither so near a cell's edge that its text would run into the next cell's."""
+    edge = 0.1 * (high - low)
+    inside: list[float] = []
+    bins = 3
+    while len(inside) < 2:
+        ticks = MaxNLocator(nbins=bins, steps=[1, 2, 5, 10]).tick_values(low, high)
+        inside = [float(tick) for tick in ticks if low + edge <= tick <= high - edge]
+        bins += 1
+    return tuple((tick, short(tick)) for tick in (inside[0], inside[-1]))
+
+
+def _ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[Level]:
+    """The ends of the range, where they are in sight."""
+    low, high = axis.limits
+    return [Level(float(end), LIMIT, upright=upright) for end in (space.low[k], space.high[k]) if low < end < high]
+
+
+def _histogram(space: ParameterSpace, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
+    heights, edges = np.histogram(iteration.samples.theta[:, k], bins=_BINS, range=axis.limits, weights=iteration.final_weights)
+    return (Bars(edges, heights, _WEIGHTED), *_ends(space, k, axis, upright=True))
+
+
+def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> tuple[Level | Points, ...]:
+    x, y = iteration.samples.theta[:, column], iteration.samples.theta[:, row]
+    weights, top = iteration.final_weights, iteration.most_probable
+    # The heaviest on top.
+    order = [i for i in np.argsort(weights, kind="stable") if not iteration.failed[i]]
+    relative = weights[order] / weights.max()
+    notes = tuple(f"sample {iteration.samples.ids[i]}: weight {weights[i]:.2g}, ε = {iteration.errors[i]:.3g} %" for i in order)
+    colours, sizes = colours_of(0.08 + 0.92 * relative), _SMALLEST + (_LARGEST - _SMALLEST) * np.sqrt(relative)
+    failed = iteration.failed
+    return (
+        *_ends(space, column, axes[column], upright=True),
+        *_ends(space, row, axes[row], upright=False),
+        *_samples_of_key(),
+        Points(x[order], y[order], _WEIGHTED, colours=tuple(colours), sizes=tuple(sizes), notes=notes),
+        *([Points(x[failed], y[failed], FAILED, "failed")] if failed.any() else []),
+        Points(x[[top]], y[[top]], _RING, "most probable"),
+    )
+
+
+def _samples_of_key() -> tuple[Points, ...]:
+    """Points that stand in the key alone."""
+    light, dark = colours_of([0.08, 1.0])
+    nothing = np.zeros(0)
+    return (
+        Points(nothing, nothing, replace(_WEIGHTED, colour=light, size=_SMALLEST), "little weight"),
+        Points(nothing, nothing, replace(_WEIGHTED, colour=dark, size=_LARGEST), "the largest weight"),
+    )
+
+
+def _cell(r: float) -> Panel:
+    return Panel(cell=(signed(r), sign_colour(r)) if np.isfinite(r) else ("–", "#ffffff"))

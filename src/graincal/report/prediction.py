@@ -1,0 +1,92 @@
+"""What the calibrated triaxial test gives at another confining pressure: a prediction, which no test was compared with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from graincal.campaign import Candidate, Experiment, Result
+from graincal.data import Response, Samples
+from graincal.models import TriaxialTest
+from graincal.report import numbers
+from graincal.report.drawing import Axis, Figure, Line, Panel, Points
+from graincal.report.palette import BEST, PREDICTED, REFERENCE
+from graincal.report.quantities import quantity
+from graincal.report.responses import control_axis
+
+LONGEST = 120.0
+"""Seconds that the same sample's evaluation may have taken for a report to simulate it once more."""
+_MORE_STEPS = 3
+"""How many times the steps of that evaluation the simulation may take."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A calibrated sample in `test`, the triaxial test of an experiment at another confining pressure.
+
+    response: what the simulation gave; None where there is none, and `missing` then says why.
+    """
+
+    experiment: Experiment
+    test: TriaxialTest
+    candidate: Candidate
+    calibrated: Response
+    response: Response | None
+    missing: str = ""
+
+
+def answer_of(result: Result) -> Candidate | None:
+    """The sample that a result is taken to be: the most probable, or the best where there are no weights."""
+    return result.most_probable or result.best
+
+
+def samples_of(result: Result, candidate: Candidate) -> Samples:
+    """A candidate as a sample to be evaluated."""
+    return Samples(np.array([candidate.sample]), candidate.theta[None], result.space.names)
+
+
+def predict_response(result: Result, factor: float | None) -> Prediction | None:
+    """Simulate the most probable sample once, at `factor` times the confining pressure, in the triaxial experiment of the highest pressure.
+
+    None without a factor or a triaxial experiment. It is one simulation, and none where the same sample took longer than LONGEST.
+    """
+    candidate = answer_of(result)
+    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, TriaxialTest)]
+    if not (factor and tests and candidate):
+        return None
+    experiment = max(tests, key=lambda each: each.model.confining_pressure)
+    calibrated = result.response(candidate.sample, experiment.name)
+    test = replace(experiment.model, confining_pressure=factor * experiment.model.confining_pressure)
+    seconds, steps = calibrated.details.get("seconds", 0.0), calibrated.details.get("steps", test.step_limit)
+    if seconds > LONGEST:
+        missing = f"It was not simulated: the same sample took {numbers.duration(seconds)} in the calibration, and a report waits {LONGEST:g} s at most."
+        return Prediction(experiment, test, candidate, calibrated, None, missing)
+    bounded = replace(test, step_limit=min(test.step_limit, int(_MORE_STEPS * steps)))
+    [(_, outcome)] = bounded.evaluate(samples_of(result, candidate), experiment.reference.control, workers=1)
+    if isinstance(outcome, Response):
+        return Prediction(experiment, test, candidate, calibrated, outcome)
+    return Prediction(experiment, test, candidate, calibrated, None, f"It could not be simulated: {outcome.reason}")
+
+
+def draw_prediction(prediction: Prediction | None) -> Figure | None:
+    """The observables at the other pressure, beside those of the calibration."""
+    if prediction is None or prediction.response is None:
+        return None
+    experiment = prediction.experiment
+    predicted, calibrated = (numbers.pressure(pressure) for pressure in (prediction.test.confining_pressure, experiment.model.confining_pressure))
+    _, axis, x = control_axis(experiment)
+    panels = []
+    for name in experiment.reference.names:
+        shown = quantity(name)
+        marks = (
+            Line(x, prediction.calibrated.values[name] * shown.scale, replace(BEST, dash="dash"), f"calibrated at {calibrated}"),
+            Points(x, experiment.reference.observables[name] * shown.scale, REFERENCE, f"reference at {calibrated}"),
+            Line(x, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
+        )
+        panels.append(Panel(shown.title, axis, Axis(shown.axis), marks))
+    caption = (
+        f"A prediction: one simulation of sample {prediction.candidate.sample} at {predicted}, everything else as in {experiment.name}. "
+        "No test at this pressure was compared with it, and another run of the same parameters would differ by the scatter of runs."
+    )
+    return Figure("prediction", f"Predicted at {predicted} from the calibration at {calibrated}.", caption, tuple(panels), columns=min(3, max(2, len(panels))))

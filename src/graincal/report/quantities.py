@@ -1,0 +1,72 @@
+"""What parameters, observables and other quantities are called on axes and in sentences, and the unit they are shown in."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from graincal.data import ParameterSpace
+
+_GREEK = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "eps": "ε", "zeta": "ζ", "eta": "η", "theta": "θ", "kappa": "κ",
+    "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω",
+}  # fmt: skip
+_DIMENSIONLESS = ("nu", "beta_m", "eta_m")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity as it is shown: `label` in markup, `unit`, and the factor from SI units and plain fractions to that unit."""
+
+    label: str
+    unit: str = ""
+    scale: float = 1.0
+
+    @property
+    def axis(self) -> str:
+        """The label of an axis."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+    @property
+    def title(self) -> str:
+        """The label to begin a line with: a word gets a capital, a symbol keeps its letter."""
+        first = self.label.split()[0]
+        return self.label[0].upper() + self.label[1:] if len(first) > 1 and first.isalpha() else self.label
+
+
+_KNOWN = {
+    "stress_ratio": Quantity("stress ratio σ_{1}/σ_{3}", "-"),
+    "void_ratio": Quantity("void ratio e", "-"),
+    "coordination_number": Quantity("coordination number Z", "-"),
+    "a_c": Quantity("a_{c}", "-"),
+    "a_n": Quantity("a_{n}", "-"),
+    "a_t": Quantity("a_{t}", "-"),
+    "mean_stress": Quantity("mean stress p", "kPa", 1e-3),
+    "deviatoric_stress": Quantity("deviatoric stress q", "kPa", 1e-3),
+    "unbalanced_force": Quantity("unbalanced force", "-"),
+}
+
+
+def quantity(name: str) -> Quantity:
+    """An observable, a control variable or a quantity of interest by its name. Strains are shown in percent."""
+    if name in _KNOWN:
+        return _KNOWN[name]
+    words = name.replace("_", " ")
+    return Quantity(words, "%", 100.0) if words.endswith("strain") else Quantity(words)
+
+
+def parameters(space: ParameterSpace) -> tuple[Quantity, ...]:
+    """The parameters of a space, in their own units."""
+    units = (unit or ("-" if name in _DIMENSIONLESS else "") for name, unit in zip(space.names, space.units))
+    return tuple(Quantity(symbol(name), re.sub(r"^log10\b", "log_{10}", unit)) for name, unit in zip(space.names, units))
+
+
+def symbol(name: str) -> str:
+    """A parameter's name in markup: `φ` for phi, `β_{m}` for beta_m, `log E` for log_E; other names as they are."""
+    if name.startswith("log_"):
+        return f"log {symbol(name[4:])}"
+    base, _, index = name.partition("_")
+    letter = _GREEK.get(base) or (base if len(base) == 1 else None)
+    if letter is None or len(index) > 3 or "_" in index:
+        return name.replace("_", " ")
+    return f"{letter}_{{{index}}}" if index else letter

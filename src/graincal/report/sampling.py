@@ -1,0 +1,105 @@
+"""Figures: where the samples went, and how the iterations converged (Hartmann, Cheng, Thornton 2022, Fig. 5 and 7)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graincal.campaign import Result
+from graincal.inference import Iteration, Stop
+from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
+from graincal.report.numbers import count
+from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, VERMILLION, Style, sequence
+from graincal.report.quantities import parameters
+
+_SHOWN_IN_KEY = 7
+
+
+def draw_samples(result: Result) -> Figure | None:
+    """Error against each parameter for every sample, coloured by iteration, over the whole of the ranges."""
+    if result.best is None:
+        return None
+    errors = log_axis("error ε [%]", result.errors)
+    above = np.nanmax(result.errors)
+    styles = sequence(len(result.iterations))
+    named = set(np.linspace(0, len(styles) - 1, min(_SHOWN_IN_KEY, len(styles))).round().astype(int))
+    panels = []
+    for k, shown in enumerate(parameters(result.space)):
+        low, high = float(result.space.low[k]), float(result.space.high[k])
+        marks: list[Mark] = [Level(low, LIMIT, "range", upright=True), Level(high, LIMIT, upright=True)]
+        for number, (iteration, style) in enumerate(zip(result.iterations, styles)):
+            name = f"iteration {iteration.index}" if number in named else ""
+            marks.append(_points(iteration, k, iteration.errors, ~iteration.failed, style, name))
+        if result.failures:
+            marks.append(Points(result.samples[result.failed, k], np.full(result.failures, above), FAILED, "failed, no error known"))
+        for candidate, style, name in ((result.most_probable, MOST_PROBABLE, "most probable"), (result.best, BEST, "best")):
+            if candidate:
+                ring = Style(style.colour, symbol="ring", size=12 if name == "best" else 16, width=2)
+                marks.append(Points(candidate.theta[k : k + 1], np.array([candidate.error]), ring, name))
+        margin = 0.03 * (high - low)
+        panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
+    iterations = count(len(result.iterations), "iteration")
+    return Figure(
+        "samples",
+        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {np.nanmin(result.errors):.3g} to {above:.3g} %.",
+        "Each point is one evaluation, with its error of Eq. 6; darker points are of later iterations, and the grey lines are the ends of the range.",
+        tuple(panels),
+    )
+
+
+def draw_convergence(result: Result) -> Figure | None:
+    """GL error, error of the most probable sample, s and effective sample size by iteration; None for a single iteration."""
+    if len(result.iterations) < 2:
+        return None
+    index = np.array([iteration.index for iteration in result.iterations], dtype=np.float64)
+    stop, target = result.stop, result.calibration.new_filter().effective_sample_size
+    gl_errors, errors, s, sizes = (
+        np.array([getattr(iteration, name) for iteration in result.iterations]) for name in ("gl_error", "error", "s", "effective_sample_size")
+    )
+    panels = (
+        _course("Errors", "error [%]", index, {"GL error ε_{GL}": gl_errors, "most probable sample's ε": errors}, stop.error),
+        _course("Covariance coefficient", "s [-]", index, {"s": s}, stop.s),
+        Panel(
+            "Effective sample size",
+            _iteration_axis(index),
+            Axis("effective part [-]", (0, 1)),
+            (Level(target, THRESHOLD), *_line(index, sizes, BLUE)),
+        ),
+    )
+    weighted = [iteration for iteration in result.iterations if not iteration.unweighted]
+    title = "No iteration has weights."
+    if weighted:
+        first, last = weighted[0], weighted[-1]
+        title = f"The GL error went from {first.gl_error:.3g} % in iteration {first.index} to {last.gl_error:.3g} % in iteration {last.index}."
+    caption = (
+        "ε_{GL} is the mean error under the weights (Eq. 7). s is the relative variance per state at which the effective part of the samples meets its target; "
+        f"it grows with the number of states, here {len(result.iterations[-1].weights)}, and the paper's threshold of {Stop.s:g} is for about 50. "
+        "Dotted: the criteria of stopping that are switched on, and the target of the effective part."
+    )
+    return Figure("convergence", title, caption, panels)
+
+
+def _points(iteration: Iteration, k: int, y: Array, rows: Array, style: Style, name: str) -> Points:
+    ids = iteration.samples.ids[rows]
+    notes = tuple(f"sample {id}, iteration {iteration.index}: ε = {error:.3g} %" for id, error in zip(ids, iteration.errors[rows]))
+    return Points(iteration.samples.theta[rows, k], y[rows], style, name, notes=notes)
+
+
+def _course(title: str, label: str, index: Array, courses: dict[str, Array], threshold: float | bool) -> Panel:
+    marks: list[Mark] = []
+    values = np.concatenate(list(courses.values()))
+    if threshold is not False:
+        marks.append(Level(threshold, THRESHOLD))
+        values = np.append(values, threshold)
+    for (name, values_of), colour in zip(courses.items(), (BLUE, VERMILLION)):
+        marks += _line(index, values_of, colour, name if len(courses) > 1 else "")
+    return Panel(title, _iteration_axis(index), log_axis(label, values), tuple(marks))
+
+
+def _line(index: Array, values: Array, colour: str, name: str = "") -> tuple[Mark, Mark]:
+    style = Style(colour, dash="dash" if colour == VERMILLION else "solid", symbol="diamond" if colour == VERMILLION else "circle", size=7)
+    return Line(index, values, style, name), Points(index, values, style)
+
+
+def _iteration_axis(index: Array) -> Axis:
+    every = max(1, len(index) // 8)
+    return Axis("iteration", (index[0] - 0.3, index[-1] + 0.3), ticks=tuple((float(i), f"{i:.0f}") for i in index[::every]))

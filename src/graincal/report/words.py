@@ -1,0 +1,90 @@
+"""What was found, in sentences (in markup)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graincal.campaign import Candidate, Result
+from graincal.report import numbers
+from graincal.report.findings import effective_samples, find, trade_offs
+from graincal.report.markup import to_plain
+from graincal.report.quantities import quantity
+
+_FEW = 10
+
+
+def found(result: Result) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """What was found: headings, and the paragraphs under each."""
+    said = []
+    if findings := find(result.space, result.iterations):
+        said.append(("Parameters", tuple(" ".join(finding.sentences()) for finding in findings)))
+        if correlated := trade_offs(result.space, result.posterior):
+            said.append(("Correlations", (correlated,)))
+    return (*said, ("Fit", (" ".join(fit(result)),)), ("Grade", (" ".join(grade(result)),)), ("End", (" ".join(ending(result)),)))
+
+
+def summarise(result: Result) -> str:
+    """What was found, in plain lines for a terminal."""
+    return "\n".join(to_plain(text) for _, paragraphs in found(result) for text in paragraphs)
+
+
+def fit(result: Result) -> tuple[str, ...]:
+    """How close the responses come to the reference."""
+    best, answer = result.best, result.most_probable
+    if best is None:
+        return (f"All {numbers.count(result.evaluations, 'sample')} failed, so that nothing was found.",)
+    if answer is None:
+        return (f"The smallest error of {numbers.count(result.evaluations, 'sample')} is {best.error:.3g} % ({_name(best)}): {_by_observable(result, best)}.",)
+    said = [f"The most probable response ({_name(answer)}) is {answer.error:.3g} % from the reference: {_by_observable(result, answer)}."]
+    if best.sample == answer.sample:
+        said.append(f"It is also the best of {numbers.count(result.evaluations, 'sample')}.")
+    else:
+        said.append(f"The best of {numbers.count(result.evaluations, 'sample')} ({_name(best)}) is {best.error:.3g} % from it.")
+    return tuple(said)
+
+
+def grade(result: Result) -> tuple[str, ...]:
+    """The grade, and why."""
+    return (f"{result.grade.word[0].upper()}{result.grade.word[1:]}.", *result.grade.reasons)
+
+
+def ending(result: Result) -> tuple[str, ...]:
+    """What stopped the calibration, or that nothing has yet."""
+    done = numbers.count(len(result.iterations), "iteration")
+    if result.stopped_because is None:
+        return (f"Not at its end: {done} {'is' if len(result.iterations) == 1 else 'are'} complete, and what stands here is what they say so far.",)
+    said = [f"Stopped after {done}: {result.stopped_because[0].lower()}{result.stopped_because[1:]}"]
+    answer = result.most_probable
+    if answer and answer.iteration != result.iterations[-1].index:
+        said.append(f"Weights are those of iteration {answer.iteration}, the last that has any.")
+    return tuple(said)
+
+
+def cautions(result: Result) -> tuple[str, ...]:
+    """What the spreads of this method mean, and what else to know before trusting them."""
+    if result.posterior is None:
+        return ()
+    target = result.calibration.new_filter().effective_sample_size
+    said = [
+        "The spreads come from the iterative filter: they shrink with each iteration and depend on the effective sample size asked for "
+        f"({100 * target:.3g} % of the samples), not on the noise of the measurement. Read them to compare parameters with each other, not as confidence intervals."
+    ]
+    carried = effective_samples(result.posterior)
+    if carried < _FEW:
+        said.append(f"The weight rests on about {numbers.count(max(1, round(carried)), 'sample')}: moments and correlations are rough.")
+    return tuple(said)
+
+
+def _name(candidate: Candidate) -> str:
+    return f"sample {candidate.sample}, iteration {candidate.iteration}"
+
+
+def _by_observable(result: Result, candidate: Candidate) -> str:
+    """The errors (Eq. 5) of a candidate in each observable of each experiment, as a list."""
+    errors = iter(result.observable_errors[int(np.searchsorted(result.ids, candidate.sample))])
+    several = len(result.experiments) > 1
+    parts = []
+    for experiment in result.experiments:
+        listed = ", ".join(f"{quantity(name).label} {next(errors):.3g} %" for name in experiment.reference.names)
+        parts.append(f"{experiment.name} ({listed})" if several else listed)
+    return "; ".join(parts)

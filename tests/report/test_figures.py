@@ -1,0 +1,124 @@
+"""What is drawn: the figures' data against the result, and that both renderers take every figure."""
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from graincal.report import with_matplotlib, with_plotly, write_figures
+from graincal.report.drawing import Band, Bars, Level, Line, Points, log_axis
+from graincal.report.write import figures
+
+from . import soil
+
+RESULTS = ("result", "two_experiments", "without_weights", "all_failed", "running", "strange_names")
+
+
+def drawn(result):
+    return {figure.name: figure for figure in figures(result)}
+
+
+def marks(panel, kind):
+    return [mark for mark in panel.marks if isinstance(mark, kind)]
+
+
+def named(panel, name):
+    return next(mark for mark in panel.marks if mark.name == name)
+
+
+def test_responses_stand_beside_the_reference_in_percent(result):
+    stress, volume = drawn(result)["responses"].panels
+    assert (stress.y.label, volume.y.label, volume.x.label) == ("stress ratio σ_{1}/σ_{3} [-]", "volumetric strain [%]", "axial strain [%]")
+    assert named(volume, "reference").x == pytest.approx(100 * soil.STRAIN)
+    assert named(volume, "reference").y == pytest.approx(100 * soil.reference().observables["volumetric_strain"])
+    best = next(line for line in marks(stress, Line) if "best" in line.name)
+    assert best.y == pytest.approx(soil.respond(result.best.theta)["stress_ratio"])
+
+
+def test_the_band_holds_nine_tenths_of_the_weight(result):
+    [band] = marks(drawn(result)["responses"].panels[0], Band)
+    last = result.iterations[-1]
+    curves = result.responses(last.index)["stress_ratio"]
+    below = np.nansum(last.final_weights[:, None] * (curves < band.low), axis=0)
+    above = np.nansum(last.final_weights[:, None] * (curves > band.high), axis=0)
+    assert np.all(below < 0.05) and np.all(above <= 0.05 + 1e-12)
+
+
+def test_several_experiments_have_their_own_panels(two_experiments):
+    titles = [panel.title for panel in drawn(two_experiments)["responses"].panels]
+    assert [title.split(":")[0] for title in titles] == ["stiff", "stiff", "soft", "soft"]
+    assert named(drawn(two_experiments)["responses"].panels[2], "reference").y == pytest.approx(soil.reference(0.03).observables["stress_ratio"])
+
+
+def test_every_sample_is_drawn_once_over_the_whole_range(result):
+    panels = drawn(result)["samples"].panels
+    assert len(panels) == result.space.size
+    for k, panel in enumerate(panels):
+        assert sorted(level.at for level in marks(panel, Level)) == [result.space.low[k], result.space.high[k]]
+        shown = [points for points in marks(panel, Points) if points.name.startswith(("iteration", "failed"))]
+        assert sorted(np.concatenate([points.x for points in shown])) == pytest.approx(np.sort(result.samples[:, k]))
+    assert len(named(panels[0], "failed, no error known").x) == result.failures > 0
+
+
+def test_the_course_of_the_iterations(result):
+    errors, s, sizes = drawn(result)["convergence"].panels
+    assert named(errors, "GL error ε_{GL}").y == pytest.approx([iteration.gl_error for iteration in result.iterations])
+    assert marks(s, Line)[0].y == pytest.approx([iteration.s for iteration in result.iterations])
+    assert marks(sizes, Line)[0].y == pytest.approx([iteration.effective_sample_size for iteration in result.iterations])
+    assert [level.at for level in marks(sizes, Level)] == [0.3]
+
+
+def test_pairs_carry_weights_and_correlations(result):
+    figure = drawn(result)["posterior"]
+    n = result.space.size
+    assert figure.square and len(figure.panels) == n * n
+    correlation = result.posterior.correlation()
+    assert float(figure.panels[1].cell[0].replace("−", "-")) == pytest.approx(correlation[0, 1], abs=0.005)
+    for k in range(n):
+        [bars] = marks(figure.panels[k * (n + 1)], Bars)
+        assert bars.heights.sum() == pytest.approx(1)
+    scatter = max(marks(figure.panels[n], Points), key=lambda points: len(points.x))
+    assert len(scatter.x) == len(scatter.sizes) == (~result.iterations[-1].failed).sum()
+    assert scatter.sizes[-1] == max(scatter.sizes)
+
+
+def test_fabric_is_that_of_the_best(result):
+    coordination, anisotropies = drawn(result)["fabric"].panels
+    best = soil.respond(result.best.theta)
+    assert marks(coordination, Line)[0].y == pytest.approx(best["coordination_number"])
+    assert [line.name for line in marks(anisotropies, Line)] == ["a_{c}"]
+
+
+def test_failures_are_counted_by_iteration(result):
+    panel = drawn(result)["run_times"].panels[1]
+    assert named(panel, "failed").heights == pytest.approx([iteration.failed.sum() for iteration in result.iterations])
+
+
+def test_what_does_not_exist_is_left_out(without_weights, all_failed, strange_names):
+    assert "posterior" not in drawn(without_weights) and not marks(drawn(without_weights)["responses"].panels[0], Band)
+    assert set(drawn(all_failed)) == {"run_times"}
+    assert "fabric" not in drawn(strange_names)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_both_renderers_take_every_figure(name, request):
+    for figure in figures(request.getfixturevalue(name)):
+        descriptions = [with_plotly.describe_square(figure)] if figure.square else [with_plotly.describe(panel) for panel in figure.panels]
+        for description in descriptions:
+            # Plotly's own schema: an unknown property or value raises.
+            go.Figure(description)
+        with_matplotlib.draw(figure)
+
+
+def test_figures_are_written_in_the_formats_asked_for(result, tmp_path):
+    paths = write_figures(result, tmp_path / "figures")
+    assert {path.suffix for path in paths} == {".png", ".pdf"} and len(paths) == 2 * len(figures(result))
+    for path in paths:
+        assert path.read_bytes().startswith({".png": b"\x89PNG", ".pdf": b"%PDF"}[path.suffix])
+
+
+def test_a_logarithmic_axis_has_ticks_to_read():
+    axis = log_axis("error", np.array([1.1, 130.0, np.nan, 0.0]))
+    assert axis.log and [text for _, text in axis.ticks] == ["1", "2", "5", "10", "20", "50", "100"]
+    assert not log_axis("error", np.array([3.0, 4.0])).log
+    assert not log_axis("error", np.array([0.0, np.nan])).log
+    assert [text for _, text in log_axis("s", np.array([1e-9, 10.0])).ticks][:2] == ["10^{−8}", "10^{−6}"]

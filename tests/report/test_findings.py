@@ -1,0 +1,125 @@
+"""What is said of a parameter, on posteriors whose moments are known."""
+
+import numpy as np
+import pytest
+
+from graincal.data import ParameterSpace, Reference
+from graincal.inference import IterativeBayesianFilter, Posterior, Stop
+from graincal.report import find
+from graincal.report.chance import narrowing_by_chance
+from graincal.report.findings import judge, trade_offs
+from graincal.report.markup import to_html, to_mathtext, to_plain
+
+
+def spread_evenly(low, high, count=2001):
+    """The values of a uniform distribution, by its quantiles."""
+    return low + (high - low) * (np.arange(count) + 0.5) / count
+
+
+def found(values, *, name="eta_m", limits=(0, 1), unit="", by_chance=1.0):
+    values = np.asarray(values, dtype=float)
+    posterior = Posterior((name,), values[:, None], np.full(len(values), 1 / len(values)))
+    [finding] = judge(ParameterSpace({name: limits}, units={name: unit}), posterior, by_chance)
+    return finding
+
+
+@pytest.mark.parametrize(
+    ("width", "verdict"), [(0.1, "identified"), (0.33, "identified"), (0.34, "weakly identified"), (0.66, "weakly identified"), (0.67, "not identified"), (0.99, "not identified")]
+)
+def test_a_uniform_posterior_is_judged_by_its_width_over_the_range(width, verdict):
+    finding = found(spread_evenly(0.5 - width / 2, 0.5 + width / 2))
+    assert finding.spread == pytest.approx(width, rel=1e-6)
+    assert finding.verdict == verdict
+
+
+def test_two_modes_far_apart_identify_nothing():
+    assert found([0.1] * 50 + [0.9] * 50).verdict == "not identified"
+
+
+def test_an_identified_parameter_is_given_with_its_deviation():
+    # Mean 28.4 and standard deviation 1.1 exactly.
+    finding = found([28.4 - 1.1, 28.4 + 1.1], name="phi", limits=(0, 60), unit="deg")
+    assert finding.sentences() == ("φ = 28.4 ± 1.1 deg.",)
+
+
+def test_a_parameter_that_is_not_identified_is_given_by_what_fits():
+    assert found(spread_evenly(0.2 - 0.035, 0.9 + 0.035)).sentences() == ("η_{m} is not identified: 0.20 to 0.90 fit about equally.",)
+
+
+def test_what_chance_may_narrow_as_far_is_uncertain():
+    values = spread_evenly(0.4, 0.7)
+    assert found(values, by_chance=0.31).verdict == "identified"
+    finding = found(values, by_chance=0.29)
+    assert finding.verdict == "uncertain"
+    assert finding.sentences()[0].startswith("η_{m} is perhaps identified: 90 % of the weight lies from 0.42 to 0.68, but")
+
+
+def filtered(seed, iterations=4):
+    """A filter on two parameters that a curve depends on, and two that it does not."""
+    x = np.linspace(0, 1, 15)
+    shapes = np.stack([x, np.sin(6 * x), 0 * x, 0 * x])
+    space = ParameterSpace({name: (0, 1) for name in ("slope", "wave", "idle", "inert")})
+    filter = IterativeBayesianFilter(
+        space,
+        Reference(x, {"y": 2 + 0.5 * shapes.sum(axis=0)}),
+        seed=seed,
+        stop=Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=iterations),
+    )
+    while not filter.finished:
+        samples = filter.ask()
+        filter.tell(samples, (2 + samples.theta @ shapes)[:, :, None])
+    return filter
+
+
+def test_parameters_without_effect_are_not_identified_and_those_with_one_are():
+    verdicts = [[finding.verdict for finding in find(filter.space, filter.iterations)] for filter in map(filtered, range(6))]
+    assert all(slope == wave == "identified" for slope, wave, *_ in verdicts)
+    # Of the 12, chance lets one pass in half of all such tests, and three in one of a hundred (5 in a hundred each).
+    assert sum(verdict in ("identified", "weakly identified") for _, _, *others in verdicts for verdict in others) <= 2
+
+
+def test_chance_narrows_from_iteration_to_iteration():
+    filter = filtered(seed=0)
+    spreads = [narrowing_by_chance(filter.iterations[: k + 1]) for k in range(4)]
+    assert np.all(np.diff(spreads) < 0)
+    # At first, the deviation of M = 0.3 N even values has a relative deviation of (0.8 / 4 M)^0.5, of which 1 in 1000 is 3.09 below.
+    effective = 0.3 * len(filter.iterations[0].samples)
+    assert spreads[0] == pytest.approx(1 - 3.09 * np.sqrt(0.2 / effective), abs=0.08)
+
+
+def test_a_logarithm_is_given_in_plain_units_too():
+    finding = found([8.7, 8.74], name="log_E", limits=(7, 11), unit="log10 Pa")
+    # 10^8.70 = 501 MPa, 10^8.74 = 550 MPa.
+    assert finding.sentences() == ("log E = 8.720 ± 0.020 log_{10} Pa, so E from 501 to 550 MPa.",)
+
+
+def test_an_interval_at_the_end_of_its_range_is_pointed_out():
+    finding = found(spread_evenly(0.9, 1.0))
+    assert finding.reached_ends == (1.0,)
+    assert "end of its range at 1:" in finding.sentences()[1]
+    assert found(spread_evenly(0.0, 1.0)).reached_ends == ()
+
+
+def test_weights_count():
+    posterior = Posterior(("eta_m",), np.array([[0.2], [0.5], [0.9]]), np.array([0.0, 1.0, 0.0]))
+    [finding] = judge(ParameterSpace({"eta_m": (0, 1)}), posterior, by_chance=0.5)
+    assert (finding.mean, finding.std, finding.verdict) == (0.5, 0.0, "identified")
+
+
+def test_correlated_pairs_are_named_the_strongest_first():
+    x = spread_evenly(0, 1, 100)
+    noise = np.where(np.arange(100) % 2, 0.2, -0.2)
+    # Of x and x + noise: the deviations are 0.289 and (0.289² + 0.2²)^0.5, so r = 0.82, and a little
+    # more for noise that falls on every other point; x and noise are all but independent.
+    theta = np.stack([x, -x, x + noise, noise], axis=1)
+    space = ParameterSpace({"phi": (0, 1), "beta_m": (-1, 0), "nu": (-1, 2), "psi": (-1, 1)})
+    posterior = Posterior(space.names, theta, np.full(100, 0.01))
+    assert trade_offs(space, posterior).startswith("Strongly correlated: φ and β_{m} (−1.00), φ and ν (+0.83), β_{m} and ν (−0.83). ")
+    apart = ParameterSpace({"phi": (0, 1), "psi": (-1, 1)})
+    assert trade_offs(apart, Posterior(apart.names, theta[:, [0, 3]], np.full(100, 0.01))) == ""
+
+
+def test_text_survives_html_and_tex():
+    assert to_html("β_{m} < 1 & b") == "β<sub>m</sub> &lt; 1 &amp; b"
+    assert to_mathtext("β_{m} in $") == r"β$_{\mathrm{m}}$ in \$"
+    assert to_plain("10^{8} β_{m}") == "10^8 β_m"

@@ -1,0 +1,31 @@
+"""Numbers as they are written."""
+
+import pytest
+
+from graincal.report.numbers import between, duration, estimate, pressure, short, value
+
+
+@pytest.mark.parametrize(
+    ("mean", "spread", "written"),
+    [
+        (28.43, 1.13, "28.4 ± 1.1"),
+        (0.2134, 0.00987, "0.2134 ± 0.0099"),
+        (-3.2, 0.5, "−3.20 ± 0.50"),
+        (2.1e8, 1.24e7, "(2.10 ± 0.12) × 10^{8}"),
+        (3.1e-6, 2e-7, "(3.10 ± 0.20) × 10^{−6}"),
+        (1234.0, 56.0, "1234 ± 56"),
+        (12345.0, 678.0, "12340 ± 680"),
+        (0.5, 0.0, "0.5000 ± 0.0000"),
+    ],
+)
+def test_an_estimate_has_two_digits_of_its_deviation(mean, spread, written):
+    assert estimate(mean, spread) == written
+
+
+def test_other_numbers():
+    assert between(0.208, 0.883) == "0.21 to 0.88"
+    assert between(1.98e8, 2.31e8) == "(1.98 to 2.31) × 10^{8}"
+    assert [short(number) for number in (0.0, 0.5, 60.0, 1000.0, 2e8)] == ["0", "0.5", "60", "1000", "2 × 10^{8}"]
+    assert value(float("nan")) == "–"
+    assert [duration(seconds) for seconds in (4e-6, 0.012, 59, 90, 7200)] == ["4 µs", "12 ms", "59 s", "1.5 min", "2 h"]
+    assert (pressure(0.5e6), pressure(1e6)) == ("500 kPa", "1 MPa")

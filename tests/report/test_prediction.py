@@ -1,0 +1,86 @@
+"""The test at another pressure, and the line to simulate a sample again, on the built-in model."""
+
+import shlex
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import graincal as gc
+from graincal.cli import app
+from graincal.data import Failure
+from graincal.report import prediction as predicting
+from graincal.report import write_report
+from graincal.report.command import PLACEHOLDER, simulate_command
+from graincal.report.prediction import predict_response, samples_of
+from graincal.report.write import figures
+
+PACKING = files("graincal.demo") / "packing_500.csv"
+STRAIN = np.array([0.0, 0.002, 0.004])
+FIXED = {"log_E": 8.0, "nu": 0.2, "beta_m": 0.1, "eta_m": 0.5}
+
+
+@pytest.fixture(scope="module")
+def result():
+    """Four simulations, dense and soft for speed, at two pressures."""
+    packing = gc.Packing.read(PACKING)
+    experiments = []
+    for pressure in (1e5, 5e4):
+        test = gc.TriaxialTest(packing, pressure, density_scaling=1e5, fixed=FIXED, largest_flagged_share=1.0)
+        reference = gc.Reference(STRAIN, {"stress_ratio": [1.0, 1.3, 1.5], "volumetric_strain": [0.0, 0.001, 0.0015]})
+        experiments.append(gc.Experiment(f"{pressure:g} Pa", test, reference))
+    space = gc.ParameterSpace({"phi": (20, 40)}, units={"phi": "deg"})
+    return gc.calibrate(experiments, space=space, method="sequential-monte-carlo", alpha=2, effective_sample_size=0.5, workers=1)
+
+
+def test_it_is_the_most_probable_sample_at_twice_the_highest_pressure(result):
+    found = predict_response(result, 2.0)
+    assert found.experiment.name == "100000 Pa" and found.test.confining_pressure == 2e5
+    [simulated] = found.test.simulate([result.most_probable.theta], at=STRAIN, threads=1)
+    # The engine gives the same bits for the same run.
+    assert np.array_equal(found.response.values["stress_ratio"], simulated.values["stress_ratio"])
+    figure = figures(result, found)[-1]
+    assert figure.name == "prediction" and "No test at this pressure was compared with it" in figure.caption
+    predicted = next(mark for mark in figure.panels[1].marks if mark.name == "predicted at 200 kPa")
+    assert predicted.y == pytest.approx(100 * simulated.values["volumetric_strain"])
+
+
+def test_it_can_be_left_out(result, tmp_path):
+    assert predict_response(result, None) is None
+    assert "Prediction at" not in write_report(result, tmp_path / "report.html", predict=None).read_text(encoding="utf-8")
+
+
+def test_it_is_left_out_where_it_would_take_long(result, tmp_path, monkeypatch):
+    monkeypatch.setattr(predicting, "LONGEST", 0.0)
+    text = write_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "It was not simulated: the same sample took" in text
+    assert "--confining-pressure 200000" in text
+
+
+def test_a_prediction_that_fails_says_why(result, monkeypatch):
+    monkeypatch.setattr(gc.TriaxialTest, "evaluate", lambda *_, **__: iter([(0, Failure("diverged", "a particle ran away."))]))
+    found = predict_response(result, 2.0)
+    assert found.response is None and found.missing == "It could not be simulated: a particle ran away."
+
+
+def test_the_line_simulates_the_sample_again(result, tmp_path, monkeypatch):
+    experiment = result.experiments[0]
+    line = simulate_command(experiment.model, samples_of(result, result.most_probable), experiment.reference)
+    words = shlex.split(line)
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(app, words[1:])
+    assert run.exit_code == 0, run.output
+    table = np.genfromtxt(tmp_path / "curve.csv", delimiter=",", names=True)
+    curve = result.response(result.most_probable.sample, 0).values["stress_ratio"]
+    # Eight digits of theta, and the chaos of grains over so short a path.
+    assert np.interp(STRAIN, table["axial_strain"], table["stress_ratio"]) == pytest.approx(curve, rel=0.02)
+
+
+def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
+    experiment = result.experiments[0]
+    packing = experiment.model.packing
+    unnamed = gc.TriaxialTest(gc.Packing(packing.positions, packing.radii, packing.edges), 1e5, fixed=FIXED)
+    line = simulate_command(unnamed, samples_of(result, result.most_probable), experiment.reference)
+    assert f"--packing {PLACEHOLDER} --confining-pressure 100000 -p log_E=8 -p nu=0.2 -p phi=" in line
+    assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")

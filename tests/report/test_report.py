@@ -1,0 +1,139 @@
+"""The report as a file: what it says, and that it needs nothing besides itself."""
+
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import pytest
+
+from graincal.campaign import FolderError
+from graincal.report import summarise, write_report
+
+from .test_figures import RESULTS
+
+FRAME = """<iframe src="report.html" width="WIDTH" height="900" style="border: 0"></iframe>
+<script>
+  const frame = document.querySelector("iframe");
+  frame.addEventListener("load", () => setTimeout(() => {
+    const page = frame.contentDocument;
+    const plots = [...page.querySelectorAll(".plot")];
+    const drawn = plots.filter((plot) => plot.querySelector(".main-svg"));
+    const overflowing = drawn.filter((plot) => plot.scrollWidth > plot.clientWidth);
+    const { clientWidth, scrollWidth } = page.documentElement;
+    document.body.dataset.seen = [plots.length, drawn.length, overflowing.length, clientWidth, scrollWidth].join(" ");
+  }, 500));
+</script>"""
+LOADING = {"src", "href", "srcset", "data", "poster", "action"}
+
+
+class Reader(HTMLParser):
+    """Collects the text outside scripts, what would be loaded, and tags that are not closed."""
+
+    def __init__(self):
+        super().__init__()
+        self.text, self.loaded, self.open, self.headings = [], [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in ("meta", "link", "br", "path", "circle", "rect"):
+            self.open.append(tag)
+        self.loaded += [value for name, value in attributes if name in LOADING and not value.startswith("data:,")]
+
+    def handle_endtag(self, tag):
+        if tag not in ("path", "circle", "rect"):
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if not {"script", "style"} & set(self.open):
+            self.text.append(data)
+            if self.open and self.open[-1] == "h2":
+                self.headings.append(data)
+
+
+def read(path):
+    reader = Reader()
+    reader.feed(path.read_text(encoding="utf-8"))
+    assert reader.open == []
+    return reader
+
+
+@pytest.fixture
+def page(result, tmp_path):
+    return read(write_report(result, tmp_path / "report.html"))
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_report_is_one_file_that_loads_nothing(name, request, tmp_path):
+    path = write_report(request.getfixturevalue(name), tmp_path / "report.html")
+    assert read(path).loaded == []
+    text = path.read_text(encoding="utf-8")
+    # Plotly's script once, and a browser that refuses whatever else.
+    assert text.count("plotly.js v") == 1
+    assert "default-src 'none'" in text
+    assert "url(" not in re.sub(r"<script>.*?</script>", "", text, flags=re.DOTALL)
+    assert [each.name for each in tmp_path.glob("*report*")] == ["report.html"]
+
+
+def test_the_sections_stand_in_the_order_of_a_reader(page):
+    assert page.headings == ["What was found", "Reference and responses", "Iterations", "Posterior", "Parameters", "Fabric", "Run times and failures", "Provenance"]
+
+
+def test_it_says_first_what_was_found(result, page):
+    text = "".join(page.text)
+    assert summarise(result).splitlines()[0] in text.replace("\n", " ")
+    assert re.search(r"φ = 29\.\d ± 2\.\d deg\.", text)
+    assert re.search(r"ηm is not identified: [\d.]+ to [\d.]+ fit about equally\.", text)
+    assert result.grade.reasons[0] in text
+    assert "Stopped after 3 iterations: the limit of 3 iterations is reached." in text
+    assert "not on the noise of the measurement" in text
+    assert "identified up to a third of that" in text
+
+
+def test_it_says_what_failed_and_where(result, page):
+    text = "".join(page.text)
+    assert f"{result.evaluations} samples evaluated, {result.failures} failed." in text
+    assert "no <equilibrium> was found" in text
+    assert "They stand apart from the other samples in φ (from " in text
+
+
+def test_it_says_what_it_was_computed_with(result, page):
+    text = "".join(page.text)
+    for value in (*result.provenance.values(), result.calibration.method, "scale peak"):
+        assert value in text
+
+
+def test_a_running_campaign_is_called_so(running):
+    assert "Not at its end: 3 iterations are complete" in summarise(running)
+
+
+def test_without_weights_it_says_why(without_weights, all_failed):
+    assert "There are no weights: only" in summarise(without_weights)
+    assert "All 33 samples failed, so that nothing was found." in summarise(all_failed)
+
+
+def test_a_file_that_cannot_be_written_is_named(result, tmp_path):
+    (tmp_path / "report.html").mkdir()
+    with pytest.raises(FolderError, match="report.html"):
+        write_report(result, tmp_path / "report.html")
+    assert [each.name for each in tmp_path.iterdir()] == ["report.html"]
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_browser_draws_it_without_a_network_an_error_or_a_scroll_to_the_side(width, two_experiments, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no Chromium is installed to open the report with")
+    report = write_report(two_experiments, tmp_path / "report.html")
+    # In a frame, for a headless window cannot be as narrow as a telephone.
+    frame = tmp_path / "frame.html"
+    frame.write_text(FRAME.replace("WIDTH", str(width)), encoding="utf-8")
+    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--v=0", "--virtual-time-budget=10000", "--dump-dom"]
+    command += ["--allow-file-access-from-files", f"--user-data-dir={tmp_path / 'profile'}", frame.as_uri()]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    # Errors of scripts, and what the page's policy kept from being loaded.
+    assert "CONSOLE" not in run.stderr, run.stderr
+    plots, drawn, overflowing, inside, content = map(int, re.search('data-seen="([^"]*)"', run.stdout)[1].split())
+    assert drawn == plots == report.read_text(encoding="utf-8").count('class="plot"')
+    assert overflowing == 0
+    assert content == inside
