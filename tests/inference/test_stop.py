@@ -58,7 +58,7 @@ def test_limits_count_iteration_0_and_never_let_an_iteration_exceed_the_evaluati
 def test_all_criteria_that_are_met_are_named_with_their_figures():
     reasons = Stop().reached([iteration(0), iteration(1, s=0.005, error=1.5)])
     assert list(reasons) == ["s", "gl_error_increment", "error"]
-    assert reasons["s"] == "s = 0.005 is at most 0.01"
+    assert reasons["s"] == "the covariance coefficient s = 0.005 is at most 0.01"
     assert reasons["error"] == "the most probable sample's error of 1.50 % is at most 2 %"
 
 
