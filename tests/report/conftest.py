@@ -63,5 +63,5 @@ def strange_names():
     x = np.arange(1.0, 11)
     model = gc.PythonModel(lambda theta: {"force <b>&$_{": theta[0] * x})
     observed = gc.Reference(x, {"force <b>&$_{": 2e8 * x}, control_name="</script>")
-    space = gc.ParameterSpace({"k<n>$^": (1e8, 5e8)}, units={"k<n>$^": "N/m"})
+    space = gc.ParameterSpace({"k<n> $^$": (1e8, 5e8)}, units={"k<n> $^$": "N/m"})
     return gc.calibrate([gc.Experiment("a <i>test</i> & $more$", model, observed)], space=space, stop=soil.STOP, workers=1)

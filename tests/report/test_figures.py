@@ -4,9 +4,10 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from graincal.data import InputError
 from graincal.report import with_matplotlib, with_plotly, write_figures
+from graincal.report.contents import figures
 from graincal.report.drawing import Band, Bars, Level, Line, Points, log_axis
-from graincal.report.write import figures
 
 from . import soil
 
@@ -109,11 +110,17 @@ def test_both_renderers_take_every_figure(name, request):
         with_matplotlib.draw(figure)
 
 
-def test_figures_are_written_in_the_formats_asked_for(result, tmp_path):
-    paths = write_figures(result, tmp_path / "figures")
-    assert {path.suffix for path in paths} == {".png", ".pdf"} and len(paths) == 2 * len(figures(result))
+def test_figures_are_written_in_the_formats_asked_for(without_weights, tmp_path):
+    paths = write_figures(without_weights, tmp_path / "figures")
+    assert [path.name for path in paths] == [f"{name}.{suffix}" for name in ("responses", "samples", "fabric", "run_times") for suffix in ("png", "pdf")]
     for path in paths:
         assert path.read_bytes().startswith({".png": b"\x89PNG", ".pdf": b"%PDF"}[path.suffix])
+
+
+def test_another_format_is_refused(result, tmp_path):
+    with pytest.raises(InputError, match='"docx" cannot be written'):
+        write_figures(result, tmp_path, formats=["png", "docx"])
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_logarithmic_axis_has_ticks_to_read():

@@ -24,7 +24,15 @@ def found(values, *, name="eta_m", limits=(0, 1), unit="", by_chance=1.0):
 
 
 @pytest.mark.parametrize(
-    ("width", "verdict"), [(0.1, "identified"), (0.33, "identified"), (0.34, "weakly identified"), (0.66, "weakly identified"), (0.67, "not identified"), (0.99, "not identified")]
+    ("width", "verdict"),
+    [
+        (0.10, "identified"),
+        (0.33, "identified"),
+        (0.34, "weakly identified"),
+        (0.66, "weakly identified"),
+        (0.67, "not identified"),
+        (0.99, "not identified"),
+    ],
 )
 def test_a_uniform_posterior_is_judged_by_its_width_over_the_range(width, verdict):
     finding = found(spread_evenly(0.5 - width / 2, 0.5 + width / 2))
@@ -51,7 +59,7 @@ def test_what_chance_may_narrow_as_far_is_uncertain():
     assert found(values, by_chance=0.31).verdict == "identified"
     finding = found(values, by_chance=0.29)
     assert finding.verdict == "uncertain"
-    assert finding.sentences()[0].startswith("η_{m} is perhaps identified: 90 % of the weight lies from 0.42 to 0.68, but")
+    assert finding.sentences() == ("η_{m} = 0.550 ± 0.087, perhaps: chance alone may narrow samples as far.",)
 
 
 def filtered(seed, iterations=4):

@@ -12,9 +12,10 @@ from graincal.cli import app
 from graincal.data import Failure
 from graincal.report import prediction as predicting
 from graincal.report import write_report
+from graincal.report.answer import as_samples
 from graincal.report.command import PLACEHOLDER, simulate_command
-from graincal.report.prediction import predict_response, samples_of
-from graincal.report.write import figures
+from graincal.report.contents import figures
+from graincal.report.prediction import predict_response
 
 PACKING = files("graincal.demo") / "packing_500.csv"
 STRAIN = np.array([0.0, 0.002, 0.004])
@@ -66,7 +67,7 @@ def test_a_prediction_that_fails_says_why(result, monkeypatch):
 
 def test_the_line_simulates_the_sample_again(result, tmp_path, monkeypatch):
     experiment = result.experiments[0]
-    line = simulate_command(experiment.model, samples_of(result, result.most_probable), experiment.reference)
+    line = simulate_command(experiment.model, as_samples(result, result.most_probable), experiment.reference)
     words = shlex.split(line)
     monkeypatch.chdir(tmp_path)
     run = CliRunner().invoke(app, words[1:])
@@ -81,6 +82,6 @@ def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
     experiment = result.experiments[0]
     packing = experiment.model.packing
     unnamed = gc.TriaxialTest(gc.Packing(packing.positions, packing.radii, packing.edges), 1e5, fixed=FIXED)
-    line = simulate_command(unnamed, samples_of(result, result.most_probable), experiment.reference)
+    line = simulate_command(unnamed, as_samples(result, result.most_probable), experiment.reference)
     assert f"--packing {PLACEHOLDER} --confining-pressure 100000 -p log_E=8 -p nu=0.2 -p phi=" in line
     assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")

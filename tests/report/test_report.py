@@ -118,12 +118,12 @@ def test_a_file_that_cannot_be_written_is_named(result, tmp_path):
     assert [each.name for each in tmp_path.iterdir()] == ["report.html"]
 
 
-@pytest.mark.parametrize("width", [1280, 390])
-def test_a_browser_draws_it_without_a_network_an_error_or_a_scroll_to_the_side(width, two_experiments, tmp_path):
+@pytest.mark.parametrize(("name", "width"), [("two_experiments", 1280), ("two_experiments", 390), ("strange_names", 390)])
+def test_a_browser_draws_it_without_a_network_an_error_or_a_scroll_to_the_side(name, width, request, tmp_path):
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:
         pytest.skip("no Chromium is installed to open the report with")
-    report = write_report(two_experiments, tmp_path / "report.html")
+    report = write_report(request.getfixturevalue(name), tmp_path / "report.html")
     # In a frame, for a headless window cannot be as narrow as a telephone.
     frame = tmp_path / "frame.html"
     frame.write_text(FRAME.replace("WIDTH", str(width)), encoding="utf-8")

@@ -65,10 +65,7 @@ class Finding:
         if self.verdict == "not identified":
             said = [f"{label} is not identified: {interval} fit about equally."]
         elif self.verdict == "uncertain":
-            said = [
-                f"{label} is perhaps identified: {MOST} lies from {interval}, but the samples of a parameter without any effect may narrow as "
-                "far by chance."
-            ]
+            said = [f"{label} = {numbers.estimate(self.mean, self.std)}{unit}, perhaps: chance alone may narrow samples as far."]
         elif self.verdict == "weakly identified":
             said = [f"{label} = {numbers.estimate(self.mean, self.std)}{unit}, weakly identified: {MOST} lies from {numbers.between(self.low, self.high)}."]
         else:

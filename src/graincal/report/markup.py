@@ -5,13 +5,15 @@ from __future__ import annotations
 import html
 import re
 
-_SCRIPT = re.compile(r"([_^])\{([^{}]*)\}")
+# Letters, digits and signs alone: what else stands in braces is somebody's name.
+_SCRIPT = re.compile(r"([_^])\{([\w+−-]*)\}")
 _TAGS = {"_": "sub", "^": "sup"}
 
 
 def to_html(text: str) -> str:
-    """As HTML, everything else escaped; Plotly's labels read it too."""
-    return _SCRIPT.sub(lambda found: f"<{_TAGS[found[1]]}>{found[2]}</{_TAGS[found[1]]}>", html.escape(text, quote=False))
+    """As HTML, everything else escaped; Plotly's labels read it too, and take no dollar for TeX."""
+    escaped = html.escape(text, quote=False).replace("$", "&#36;")
+    return _SCRIPT.sub(lambda found: f"<{_TAGS[found[1]]}>{found[2]}</{_TAGS[found[1]]}>", escaped)
 
 
 def to_mathtext(text: str) -> str:

@@ -11,13 +11,12 @@ from plotly.offline import get_plotlyjs
 
 from graincal.report.drawing import Band, Bars, Figure, Mark, Panel, Points
 from graincal.report.markup import to_html, to_plain
-from graincal.report.palette import Style
+from graincal.report.palette import DASHES, Style
 from graincal.report.tables import Table
 from graincal.report.with_plotly import describe, describe_square
 
 # A browser enforces it: whatever the page holds, it loads nothing from anywhere.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:"
-_DASHES = {"solid": "", "dash": "7 4", "dot": "2 3", "dashdot": "7 3 2 3"}
 
 
 class Page:
@@ -29,9 +28,11 @@ class Page:
         self._plots: dict[str, dict] = {}
 
     def heading(self, text: str) -> None:
+        """The heading of a section."""
         self._body.append(f"<h2>{to_html(text)}</h2>")
 
     def paragraph(self, sentences: Iterable[str], kind: str = "") -> None:
+        """Sentences, if there are any; kind: "note" for what is said in passing."""
         if text := " ".join(map(to_html, sentences)):
             self._body.append(f'<p class="{kind}">{text}</p>' if kind else f"<p>{text}</p>")
 
@@ -45,19 +46,19 @@ class Page:
         self._body.append(f"<pre><code>{html.escape(line)}</code></pre>")
 
     def table(self, table: Table) -> None:
+        """A table, which scrolls inside itself where it is wider than the page."""
         head = "".join(f"<th{_figures(table, k)}>{to_html(text)}</th>" for k, text in enumerate(table.head))
         rows = "".join("<tr>" + "".join(f"<td{_figures(table, k)}>{to_html(text)}</td>" for k, text in enumerate(row)) + "</tr>" for row in table.rows)
         thead = f"<thead><tr>{head}</tr></thead>" if any(table.head) else ""
         self._body.append(f'<div class="scrolls" tabindex="0"><table>{thead}<tbody>{rows}</tbody></table></div>')
 
     def figure(self, figure: Figure) -> None:
+        """A figure with its title, key and caption."""
         plots = self._square(figure) if figure.square else "".join(self._panel(figure, k, panel) for k, panel in enumerate(figure.panels))
+        frames = f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{figure.columns}">{plots}</div>'
         key = "".join(f"<li>{_swatch(mark)}<span>{to_html(mark.name)}</span></li>" for mark in figure.key)
-        self._body.append(
-            f'<figure id="{figure.name}"><h3>{to_html(figure.title)}</h3>'
-            + (f'<ul class="key">{key}</ul>' if key else "")
-            + f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{figure.columns}">{plots}</div><figcaption>{to_html(figure.caption)}</figcaption></figure>'
-        )
+        parts = [f"<h3>{to_html(figure.title)}</h3>", f'<ul class="key">{key}</ul>' if key else "", frames, f"<figcaption>{to_html(figure.caption)}</figcaption>"]
+        self._body.append(f'<figure id="{figure.name}">{"".join(parts)}</figure>')
 
     def render(self) -> str:
         """The whole page."""
@@ -72,6 +73,7 @@ class Page:
                 f'<link rel="icon" href="data:,">\n<title>{html.escape(to_plain(self._title))}</title>',
                 f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style>\n</head>\n<body>\n<main>",
                 *self._body,
+                "<noscript><p>The figures are drawn by a script in this file, and scripts are switched off.</p></noscript>",
                 f'</main>\n<script type="application/json" id="plots">{plots}</script>',
                 f"<script>{get_plotlyjs()}</script>",
                 f"<script>\n{(assets / 'page.js').read_text(encoding='utf-8')}</script>\n</body>\n</html>\n",
@@ -107,7 +109,8 @@ def _shape(mark: Mark, style: Style) -> str:
     if isinstance(mark, (Band, Bars)):
         return f'<rect x="2" y="2" width="24" height="10" fill="{style.colour}" fill-opacity="{style.opacity}"/>'
     if not isinstance(mark, Points):
-        return f'<path d="M1 7H27" stroke="{style.colour}" stroke-width="{style.width}" stroke-dasharray="{_DASHES[style.dash]}"/>'
+        dashes = " ".join(map(str, DASHES[style.dash]))
+        return f'<path d="M1 7H27" stroke="{style.colour}" stroke-width="{style.width}" stroke-dasharray="{dashes}"/>'
     r = min(style.size, 11) / 2
     drawn = {
         "circle": f'<circle cx="14" cy="7" r="{r}" fill="{style.colour}"/>',

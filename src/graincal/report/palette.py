@@ -16,6 +16,10 @@ BLACK, BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, GREY = (
 )  # fmt: skip
 
 
+DASHES = {"solid": (), "dash": (8, 4), "dot": (2, 3), "dashdot": (8, 3, 2, 3)}
+"""Lengths of dashes and gaps, CSS pixels."""
+
+
 @dataclass(frozen=True)
 class Style:
     """How a mark looks: a colour, a line's width and dashes or a point's symbol and size (both in CSS pixels), and its opacity."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from graincal.campaign import Candidate, Experiment, Result
-from graincal.data import Response, Samples
+from graincal.data import Response
 from graincal.models import TriaxialTest
 from graincal.report import numbers
+from graincal.report.answer import answer_of, as_samples
 from graincal.report.drawing import Axis, Figure, Line, Panel, Points
 from graincal.report.palette import BEST, PREDICTED, REFERENCE
 from graincal.report.quantities import quantity
@@ -36,16 +35,6 @@ class Prediction:
     missing: str = ""
 
 
-def answer_of(result: Result) -> Candidate | None:
-    """The sample that a result is taken to be: the most probable, or the best where there are no weights."""
-    return result.most_probable or result.best
-
-
-def samples_of(result: Result, candidate: Candidate) -> Samples:
-    """A candidate as a sample to be evaluated."""
-    return Samples(np.array([candidate.sample]), candidate.theta[None], result.space.names)
-
-
 def predict_response(result: Result, factor: float | None) -> Prediction | None:
     """Simulate the most probable sample once, at `factor` times the confining pressure, in the triaxial experiment of the highest pressure.
 
@@ -63,7 +52,7 @@ def predict_response(result: Result, factor: float | None) -> Prediction | None:
         missing = f"It was not simulated: the same sample took {numbers.duration(seconds)} in the calibration, and a report waits {LONGEST:g} s at most."
         return Prediction(experiment, test, candidate, calibrated, None, missing)
     bounded = replace(test, step_limit=min(test.step_limit, int(_MORE_STEPS * steps)))
-    [(_, outcome)] = bounded.evaluate(samples_of(result, candidate), experiment.reference.control, workers=1)
+    [(_, outcome)] = bounded.evaluate(as_samples(result, candidate), experiment.reference.control, workers=1)
     if isinstance(outcome, Response):
         return Prediction(experiment, test, candidate, calibrated, outcome)
     return Prediction(experiment, test, candidate, calibrated, None, f"It could not be simulated: {outcome.reason}")
@@ -75,7 +64,7 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
         return None
     experiment = prediction.experiment
     predicted, calibrated = (numbers.pressure(pressure) for pressure in (prediction.test.confining_pressure, experiment.model.confining_pressure))
-    _, axis, x = control_axis(experiment)
+    axis, x = control_axis(experiment)
     panels = []
     for name in experiment.reference.names:
         shown = quantity(name)

@@ -67,6 +67,6 @@ def symbol(name: str) -> str:
         return f"log {symbol(name[4:])}"
     base, _, index = name.partition("_")
     letter = _GREEK.get(base) or (base if len(base) == 1 else None)
-    if letter is None or len(index) > 3 or "_" in index:
+    if letter is None or len(index) > 3 or not (index or "x").isalnum():
         return name.replace("_", " ")
     return f"{letter}_{{{index}}}" if index else letter

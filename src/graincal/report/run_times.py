@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.stats import ks_2samp
@@ -15,6 +16,7 @@ from graincal.report.drawing import Axis, Bars, Figure, Panel, Points, log_axis
 from graincal.report.palette import BLUE, GREY, Style, distinct
 from graincal.report.quantities import parameters
 
+_SYMBOLS: tuple[Literal["circle", "diamond", "square"], ...] = ("circle", "diamond", "square")
 _CHANCE = 0.01
 """How probable failures anywhere would be to look so different from the other samples, for a parameter to be named."""
 
@@ -92,7 +94,7 @@ def _times(result: Result) -> Panel:
     for number, experiment in enumerate(result.experiments):
         known = np.isfinite(result.seconds[:, number])
         notes = tuple(f"sample {id}: {numbers.duration(t)}" for id, t in zip(result.ids[known], result.seconds[known, number]))
-        style = Style(distinct(number).colour, symbol=("circle", "diamond", "square", "cross")[number % 4], size=4, opacity=0.8)
+        style = Style(distinct(number).colour, symbol=_SYMBOLS[number % 3], size=4, opacity=0.8)
         marks.append(Points(x[known], result.seconds[known, number], style, experiment.name if several else "", notes=notes))
     return Panel("Run time of each evaluation", _by_iteration(result), log_axis("run time [s]", result.seconds[np.isfinite(result.seconds)]), tuple(marks))
 

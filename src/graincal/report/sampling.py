@@ -28,7 +28,7 @@ def draw_samples(result: Result) -> Figure | None:
         marks: list[Mark] = [Level(low, LIMIT, "range", upright=True), Level(high, LIMIT, upright=True)]
         for number, (iteration, style) in enumerate(zip(result.iterations, styles)):
             name = f"iteration {iteration.index}" if number in named else ""
-            marks.append(_points(iteration, k, iteration.errors, ~iteration.failed, style, name))
+            marks.append(_points(iteration, k, style, name))
         if result.failures:
             marks.append(Points(result.samples[result.failed, k], np.full(result.failures, above), FAILED, "failed, no error known"))
         for candidate, style, name in ((result.most_probable, MOST_PROBABLE, "most probable"), (result.best, BEST, "best")):
@@ -73,21 +73,22 @@ def draw_convergence(result: Result) -> Figure | None:
     caption = (
         "ε_{GL} is the mean error under the weights (Eq. 7). s is the relative variance per state at which the effective part of the samples meets its target; "
         f"it grows with the number of states, here {len(result.iterations[-1].weights)}, and the paper's threshold of {Stop.s:g} is for about 50. "
-        "Dotted: the criteria of stopping that are switched on, and the target of the effective part."
+        "Dotted: the limits of the error and of s where these criteria are switched on, and the target of the effective part."
     )
     return Figure("convergence", title, caption, panels)
 
 
-def _points(iteration: Iteration, k: int, y: Array, rows: Array, style: Style, name: str) -> Points:
-    ids = iteration.samples.ids[rows]
-    notes = tuple(f"sample {id}, iteration {iteration.index}: ε = {error:.3g} %" for id, error in zip(ids, iteration.errors[rows]))
-    return Points(iteration.samples.theta[rows, k], y[rows], style, name, notes=notes)
+def _points(iteration: Iteration, k: int, style: Style, name: str) -> Points:
+    usable = ~iteration.failed
+    ids, errors = iteration.samples.ids[usable], iteration.errors[usable]
+    notes = tuple(f"sample {id}, iteration {iteration.index}: ε = {error:.3g} %" for id, error in zip(ids, errors))
+    return Points(iteration.samples.theta[usable, k], errors, style, name, notes=notes)
 
 
 def _course(title: str, label: str, index: Array, courses: dict[str, Array], threshold: float | bool) -> Panel:
     marks: list[Mark] = []
     values = np.concatenate(list(courses.values()))
-    if threshold is not False:
+    if threshold:
         marks.append(Level(threshold, THRESHOLD))
         values = np.append(values, threshold)
     for (name, values_of), colour in zip(courses.items(), (BLUE, VERMILLION)):

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 import matplotlib.figure
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullLocator
 
+from graincal.data import InputError
 from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
 from graincal.report.markup import to_mathtext
-from graincal.report.palette import Style
+from graincal.report.palette import DASHES, Style
 
 _POINTS_PER_PIXEL = 0.6
-_DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2)), "dot": (0, (1, 1.5)), "dashdot": (0, (5, 1.5, 1, 1.5))}
 _SYMBOLS = {"circle": "o", "ring": "o", "cross": "x", "diamond": "D", "square": "s"}
 _SETTINGS = {
     "font.size": 8,
@@ -31,6 +34,14 @@ _SETTINGS = {
     # Type 3 fonts, the default, are refused by many journals.
     "pdf.fonttype": 42,
 }
+
+
+def check_formats(formats: Iterable[str]) -> None:
+    """Raise InputError for a format that Matplotlib does not write."""
+    known = matplotlib.figure.Figure().canvas.get_supported_filetypes()
+    for name in formats:
+        if name not in known:
+            raise InputError(f'formats: "{name}" cannot be written; expected some of {", ".join(known)}.')
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -77,13 +88,15 @@ def _set_axis(axis: Axis, axes: Axes, which: str) -> None:
         getattr(axes, f"set_{which}scale")("log")
     if axis.ticks is not None:
         getattr(axes, f"set_{which}ticks")([at for at, _ in axis.ticks], [to_mathtext(text) for _, text in axis.ticks])
-        getattr(axes, f"{which}axis").set_minor_locator(matplotlib.ticker.NullLocator())
+        getattr(axes, f"{which}axis").set_minor_locator(NullLocator())
     if axis.limits:
         getattr(axes, f"set_{which}lim")(*axis.limits)
 
 
 def _stroke(style: Style) -> dict[str, Any]:
-    return {"color": style.colour, "linewidth": style.width * _POINTS_PER_PIXEL, "linestyle": _DASHES[style.dash], "alpha": style.opacity}
+    # Matplotlib measures dashes in widths of the line.
+    dashes = tuple(length / style.width for length in DASHES[style.dash])
+    return {"color": style.colour, "linewidth": style.width * _POINTS_PER_PIXEL, "linestyle": (0, dashes or None), "alpha": style.opacity}
 
 
 @singledispatch
@@ -106,15 +119,17 @@ def _(mark: Points, axes: Axes) -> None:
     style = mark.style
     sizes = [(size * _POINTS_PER_PIXEL) ** 2 for size in mark.sizes] or (style.size * _POINTS_PER_PIXEL) ** 2
     colours = list(mark.colours) or style.colour
-    stroke = {"linewidths": style.width * _POINTS_PER_PIXEL}
-    fill = {"facecolors": "none", "edgecolors": colours, **stroke} if style.symbol == "ring" else {"color": colours, **(stroke if style.symbol == "cross" else {"linewidths": 0})}
-    axes.scatter(mark.x, mark.y, s=sizes, marker=_SYMBOLS[style.symbol], alpha=style.opacity, zorder=3, **fill)
+    if style.symbol == "ring":
+        paint: dict[str, Any] = {"facecolors": "none", "edgecolors": colours, "linewidths": style.width * _POINTS_PER_PIXEL}
+    else:
+        paint = {"color": colours, "linewidths": style.width * _POINTS_PER_PIXEL if style.symbol == "cross" else 0}
+    axes.scatter(mark.x, mark.y, s=sizes, marker=_SYMBOLS[style.symbol], alpha=style.opacity, zorder=3, **paint)
 
 
 @_add.register
 def _(mark: Bars, axes: Axes) -> None:
-    axes.stairs(mark.heights if mark.base is None else mark.heights + mark.base, mark.edges, baseline=0 if mark.base is None else mark.base,
-                fill=True, color=mark.style.colour, alpha=mark.style.opacity)  # fmt: skip
+    base = np.zeros_like(mark.heights) if mark.base is None else mark.base
+    axes.stairs(mark.heights + base, mark.edges, baseline=base, fill=True, color=mark.style.colour, alpha=mark.style.opacity)
 
 
 @_add.register

@@ -11,8 +11,8 @@ import numpy as np
 
 from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
 from graincal.report.markup import to_html
+from graincal.report.palette import DASHES, Style
 
-_DASHES = {"solid": "solid", "dash": "8px,4px", "dot": "2px,3px", "dashdot": "8px,3px,2px,3px"}
 _SYMBOLS = {"circle": "circle", "ring": "circle-open", "cross": "x-thin-open", "diamond": "diamond", "square": "square"}
 _INK, _LINES, _FONT = "#222222", "#e4e4e4", "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _GAP = 0.012
@@ -109,8 +109,7 @@ def _traces(mark: Mark) -> list[Description]:
 @_traces.register
 def _(mark: Line) -> list[Description]:
     style = mark.style
-    stroke = {"color": style.colour, "width": style.width, "dash": _DASHES[style.dash]}
-    return [{"type": "scatter", "mode": "lines", "x": _plain(mark.x), "y": _plain(mark.y), "line": stroke, "opacity": style.opacity}]
+    return [{"type": "scatter", "mode": "lines", "x": _plain(mark.x), "y": _plain(mark.y), "line": _stroke(style), "opacity": style.opacity}]
 
 
 @_traces.register
@@ -141,12 +140,14 @@ def _(mark: Bars) -> list[Description]:
     return [trace | ({} if mark.base is None else {"base": _plain(mark.base)})]
 
 
+def _stroke(style: Style) -> Description:
+    return {"color": style.colour, "width": style.width, "dash": ",".join(f"{length}px" for length in DASHES[style.dash]) or "solid"}
+
+
 def _level(mark: Level, x: str, y: str) -> Description:
-    style = mark.style
-    stroke = {"color": style.colour, "width": style.width, "dash": _DASHES[style.dash]}
     along = {"x0": mark.at, "x1": mark.at, "y0": 0, "y1": 1} if mark.upright else {"x0": 0, "x1": 1, "y0": mark.at, "y1": mark.at}
     names = {"xref": x, "yref": f"{y} domain"} if mark.upright else {"xref": f"{x} domain", "yref": y}
-    return {"type": "line", "layer": "below", "line": stroke, **along, **names}
+    return {"type": "line", "layer": "below", "line": _stroke(mark.style), **along, **names}
 
 
 def _domain(place: int, n: int) -> list[float]:
@@ -160,7 +161,8 @@ def _cell(across: list[float], up: list[float], colour: str) -> Description:
 
 
 def _number(across: list[float], up: list[float], text: str) -> Description:
-    return {"x": sum(across) / 2, "y": sum(up) / 2, "xref": "paper", "yref": "paper", "text": to_html(text), "xanchor": "center", "yanchor": "middle", "showarrow": False, "font": {"size": 14}}
+    middle = {"x": sum(across) / 2, "y": sum(up) / 2, "xref": "paper", "yref": "paper", "xanchor": "center", "yanchor": "middle"}
+    return {"text": to_html(text), "showarrow": False, "font": {"size": 14}, **middle}
 
 
 def _plain(values: Iterable[float]) -> list[float | None]:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
 from graincal.campaign import Candidate, Result
+from graincal.inference import sample_size_advice
 from graincal.report import numbers
-from graincal.report.findings import effective_samples, find, trade_offs
+from graincal.report.answer import errors_of
+from graincal.report.findings import Finding, effective_samples, find, trade_offs
 from graincal.report.markup import to_plain
 from graincal.report.quantities import quantity
 
 _FEW = 10
 
 
-def found(result: Result) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
     said = []
-    if findings := find(result.space, result.iterations):
+    if findings:
         said.append(("Parameters", tuple(" ".join(finding.sentences()) for finding in findings)))
         if correlated := trade_offs(result.space, result.posterior):
             said.append(("Correlations", (correlated,)))
@@ -25,7 +27,7 @@ def found(result: Result) -> tuple[tuple[str, tuple[str, ...]], ...]:
 
 def summarise(result: Result) -> str:
     """What was found, in plain lines for a terminal."""
-    return "\n".join(to_plain(text) for _, paragraphs in found(result) for text in paragraphs)
+    return "\n".join(to_plain(text) for _, paragraphs in found(result, find(result.space, result.iterations)) for text in paragraphs)
 
 
 def fit(result: Result) -> tuple[str, ...]:
@@ -64,14 +66,18 @@ def cautions(result: Result) -> tuple[str, ...]:
     """What the spreads of this method mean, and what else to know before trusting them."""
     if result.posterior is None:
         return ()
-    target = result.calibration.new_filter().effective_sample_size
+    filter = result.calibration.new_filter()
     said = [
         "The spreads come from the iterative filter: they shrink with each iteration and depend on the effective sample size asked for "
-        f"({100 * target:.3g} % of the samples), not on the noise of the measurement. Read them to compare parameters with each other, not as confidence intervals."
+        f"({100 * filter.effective_sample_size:.3g} % of the samples), not on the noise of the measurement. "
+        "Read them to compare parameters with each other, not as confidence intervals."
     ]
     carried = effective_samples(result.posterior)
     if carried < _FEW:
         said.append(f"The weight rests on about {numbers.count(max(1, round(carried)), 'sample')}: moments and correlations are rough.")
+    if advice := sample_size_advice(result.space, filter.alpha):
+        said.append(advice)
+    said.append("Equations are those of Hartmann, Cheng and Thornton (2022).")
     return tuple(said)
 
 
@@ -81,10 +87,8 @@ def _name(candidate: Candidate) -> str:
 
 def _by_observable(result: Result, candidate: Candidate) -> str:
     """The errors (Eq. 5) of a candidate in each observable of each experiment, as a list."""
-    errors = iter(result.observable_errors[int(np.searchsorted(result.ids, candidate.sample))])
-    several = len(result.experiments) > 1
     parts = []
-    for experiment in result.experiments:
-        listed = ", ".join(f"{quantity(name).label} {next(errors):.3g} %" for name in experiment.reference.names)
-        parts.append(f"{experiment.name} ({listed})" if several else listed)
+    for experiment, errors in zip(result.experiments, errors_of(result, candidate)):
+        listed = ", ".join(f"{quantity(name).label} {error:.3g} %" for name, error in errors.items())
+        parts.append(f"{experiment.name} ({listed})" if len(result.experiments) > 1 else listed)
     return "; ".join(parts)

@@ -1,0 +1,26 @@
+"""The sample that a result is taken to be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from graincal.campaign import Candidate, Result
+from graincal.data import Samples
+
+
+def answer_of(result: Result) -> Candidate | None:
+    """The most probable sample, or the best where there are no weights; None if all failed."""
+    return result.most_probable or result.best
+
+
+def as_samples(result: Result, candidate: Candidate) -> Samples:
+    """A candidate as a sample to be evaluated."""
+    return Samples(np.array([candidate.sample]), candidate.theta[None], result.space.names)
+
+
+def errors_of(result: Result, candidate: Candidate) -> tuple[Mapping[str, float], ...]:
+    """The errors (Eq. 5, percent) of a candidate: for each experiment, by the name of the observable."""
+    row = iter(result.observable_errors[int(np.searchsorted(result.ids, candidate.sample))])
+    return tuple({name: float(next(row)) for name in experiment.reference.names} for experiment in result.experiments)

@@ -1,0 +1,82 @@
+"""What stands in a report, from top to bottom."""
+
+from __future__ import annotations
+
+from graincal.campaign import Result
+from graincal.models import TriaxialTest
+from graincal.report import tables
+from graincal.report.answer import answer_of, as_samples
+from graincal.report.command import PLACEHOLDER, from_file, simulate_command
+from graincal.report.drawing import Figure
+from graincal.report.findings import find, rule
+from graincal.report.numbers import pressure
+from graincal.report.page import Page
+from graincal.report.pairs import draw_pairs
+from graincal.report.prediction import Prediction, draw_prediction
+from graincal.report.responses import draw_fabric, draw_responses
+from graincal.report.run_times import draw_run_times, where_failed
+from graincal.report.sampling import draw_convergence, draw_samples
+from graincal.report.words import cautions, found
+
+
+def figures(result: Result, prediction: Prediction | None = None) -> list[Figure]:
+    """All figures that a result has."""
+    drawn = [draw(result) for draw in (draw_responses, draw_samples, draw_convergence, draw_pairs, draw_fabric, draw_run_times)]
+    return [figure for figure in (*drawn, draw_prediction(prediction)) if figure]
+
+
+def compose(result: Result, prediction: Prediction | None) -> Page:
+    """The report of a result."""
+    drawn = {figure.name: figure for figure in figures(result, prediction)}
+    findings = find(result.space, result.iterations)
+    page = Page("Calibration report", f"{', '.join(experiment.name for experiment in result.experiments)}. {tables.origin(result)}")
+
+    def figure_of(name: str, heading: str = "") -> None:
+        if name in drawn:
+            if heading:
+                page.heading(heading)
+            page.figure(drawn[name])
+
+    page.heading("What was found")
+    page.items(found(result, findings))
+    page.paragraph(cautions(result), "note")
+    page.paragraph([rule(findings)] if findings else [], "note")
+    figure_of("responses", "Reference and responses")
+    page.heading("Iterations")
+    figure_of("samples")
+    figure_of("convergence")
+    page.table(tables.of_iterations(result))
+    figure_of("posterior", "Posterior")
+    page.heading("Parameters")
+    page.table(tables.of_parameters(result, findings))
+    figure_of("fabric", "Fabric")
+    page.heading("Run times and failures")
+    figure_of("run_times")
+    if failures := tables.of_failures(result):
+        page.paragraph([where_failed(result)])
+        page.table(failures)
+    _simulate_again(page, result)
+    if prediction:
+        page.heading(f"Prediction at {pressure(prediction.test.confining_pressure)}")
+        figure_of("prediction")
+        page.paragraph([prediction.missing], "note")
+        page.command(simulate_command(prediction.test, as_samples(result, prediction.candidate), prediction.experiment.reference))
+    page.heading("Provenance")
+    page.table(tables.of_experiments(result))
+    page.table(tables.of_provenance(result))
+    return page
+
+
+def _simulate_again(page: Page, result: Result) -> None:
+    """The lines that simulate the answer again in each triaxial experiment."""
+    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, TriaxialTest)]
+    candidate = answer_of(result)
+    if not tests or candidate is None:
+        return
+    page.heading("Simulate it again")
+    word = "most probable" if result.most_probable else "best"
+    page.paragraph([f"The {word} sample in the built-in triaxial test, to paste into a terminal:"])
+    for experiment in tests:
+        page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference))
+    if not all(from_file(experiment.model) for experiment in tests):
+        page.paragraph([f"Put the name of the packing's file in place of {PLACEHOLDER}: this packing was not read from one."], "note")
