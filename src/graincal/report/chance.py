@@ -15,7 +15,7 @@ _TRIALS = 4000
 
 
 def narrowing_by_chance(iterations: Sequence[Iteration]) -> float:
-    """The spread that parameters without effect hardly ever fall short of: a standard deviation, over that of values spread evenly over the range.
+    """The spread that parameters without effect seldom fall short of: a standard deviation, over that of values spread evenly over the range.
 
     Few samples carry weight, and the next iteration is drawn about these: so the samples narrow from iteration to iteration along every parameter,
     although nothing is learnt of one without effect. That is repeated here on parameters that are not there: spread evenly at first, under each

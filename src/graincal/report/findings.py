@@ -14,11 +14,13 @@ from graincal.report import numbers
 from graincal.report.chance import narrowing_by_chance
 from graincal.report.quantities import Quantity, parameters
 
-IDENTIFIED = 1 / 3
-NOT_IDENTIFIED = 2 / 3
+IDENTIFIED, NOT_IDENTIFIED = 1 / 3, 2 / 3
+"""Spreads (see `Finding.spread`) up to which a parameter is identified, and from which on it is not."""
 PROBABILITY = 0.9
+"""Of the intervals."""
 MOST = f"{100 * PROBABILITY:.0f} % of the weight"
 STRONG_CORRELATION = 0.7
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -108,7 +110,7 @@ def rule(findings: Sequence[Finding]) -> str:
     return (
         "“±” is one standard deviation (sd) of the weighted samples. The verdicts compare it with the sd of values spread evenly over the range (its width "
         "over √12): a parameter is called identified up to a third of that, weakly identified up to two thirds, and not identified beyond. Samples also narrow "
-        "by chance, along parameters without any effect: in these iterations hardly ever to below "
+        "by chance, along parameters without any effect: in these iterations seldom to below "
         f"{findings[0].by_chance:.2f} of that sd, and what is not below is called uncertain. Intervals hold {MOST}."
     )
 
@@ -117,7 +119,9 @@ def trade_offs(space: ParameterSpace, posterior: Posterior) -> str:
     """A sentence on the pairs of parameters that are strongly correlated, the strongest first; empty without."""
     labels = [quantity.label for quantity in parameters(space)]
     correlation = posterior.correlation()
-    pairs = [(float(correlation[i, j]), i, j) for i in range(space.size) for j in range(i) if abs(correlation[i, j]) >= STRONG_CORRELATION]
+    # Correlations of unrelated values scatter by 1 / √M for M samples.
+    strong = max(STRONG_CORRELATION, 2.5 / math.sqrt(effective_samples(posterior)))
+    pairs = [(float(correlation[i, j]), i, j) for i in range(space.size) for j in range(i) if abs(correlation[i, j]) >= strong]
     if not pairs:
         return ""
     listed = ", ".join(f"{labels[j]} and {labels[i]} ({signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
