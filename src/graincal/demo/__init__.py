@@ -42,11 +42,11 @@ def first_curve(grains: Packing) -> Response:
 
 
 def calibration(grains: Packing, measured: Reference, *, workers: int | Literal["all"] = "all", seed: int = 1) -> Calibration:
-    """All five parameters over the paper's ranges, by iterations of 80 samples, four at the most."""
+    """All five parameters over the paper's ranges, by iterations of 80 samples, eight at the most."""
     return Calibration(
         ParameterSpace.paper(),
         [Experiment("demo", TriaxialTest(grains, CONFINING_PRESSURE), measured)],
-        stop=Stop(s=0.01, gl_error_increment=False, error=False, error_increment=False, max_iterations=4),
+        stop=Stop(s=0.01, gl_error_increment=False, error=2.0, error_increment=False, max_iterations=8),
         seed=seed,
         workers=workers,
     )
