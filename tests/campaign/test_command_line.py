@@ -249,3 +249,14 @@ def test_a_full_disk_is_one_sentence_and_loses_nothing(campaign, call, tmp_path,
 def test_a_campaign_may_be_moved(campaign, call, tmp_path):
     moved = shutil.copytree(campaign, tmp_path / "moved")
     assert json.loads(call("status", moved, "--json").out)["best"] == json.loads(call("status", campaign, "--json").out)["best"]
+
+
+def test_report_writes_its_figures_on_request(call, campaign, tmp_path):
+    folder = shutil.copytree(campaign, tmp_path / "campaign")
+    called = call("report", folder, "--figures", "png", "--no-prediction")
+    assert called.code == 0
+    written = [Path(line) for line in called.out.splitlines()]
+    assert written[0] == folder / "report.html" and {path.suffix for path in written[1:]} == {".png"}
+    assert all(path.stat().st_size > 0 for path in written)
+    refused = call("report", folder, "--figures", "doc")
+    assert refused.code == 1 and "doc" in refused.err

@@ -13,9 +13,18 @@ from graincal.cli.options import Folder
 def report(
     folder: Folder,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Instead of report.html in the folder.", metavar="FILE")] = None,
+    figures: Annotated[list[str] | None, typer.Option(help="Write its figures too, into DIR/figures, in this format: png, pdf, svg; may be repeated.", metavar="FORMAT")] = None,
+    prediction: Annotated[bool, typer.Option("--prediction/--no-prediction", help="Simulate the most probable sample at twice the confining pressure.")] = True,
 ) -> None:
     """Write the report of a campaign's complete iterations: one HTML file."""
     from graincal.campaign import Result
     from graincal.campaign.running import REPORT
+    from graincal.report import write_figures, write_report
+    from graincal.report.write import PREDICTED
 
-    typer.echo(Result.read(folder).report(output or folder / REPORT))
+    result = Result.read(folder)
+    predict = PREDICTED if prediction else None
+    # Figures first: a format that cannot be written is said before anything is.
+    paths = write_figures(result, folder / "figures", figures, predict=predict) if figures else []
+    for path in (write_report(result, output or folder / REPORT, predict=predict), *paths):
+        typer.echo(path)
