@@ -8,7 +8,7 @@ import pytest
 from graincal import _native
 
 from .all_pairs import AllPairs, Parameters, nearest_branches
-from .spheres import IMMOVABLE, ROUNDING, STILL, jittered_lattice, law, steps
+from .spheres import IMMOVABLE, STILL, jittered_lattice, law, steps
 
 # The lists' gaps as shares of the mean radius: the geometry below is chosen by them, and the near list is held to its promise.
 OUTER_GAP, NEAR_GAP = 0.40, 0.03
@@ -142,7 +142,7 @@ def test_a_sheared_packing_moves_as_one_computed_over_all_pairs(gradient, dampin
 
 def test_lists_that_overflow_leave_histories_intact():
     # A cubic lattice compressed until its second and third neighbours come near too: 13 near pairs a particle where the list begins with room for 6,
-    # and more than 20 in the outer list, which begins with room for 16. The law's memory must come through each time a list grows, whichever pair it belongs to.
+    # and more than 20 in the outer list, which begins with room for 16. Whichever pair it belongs to, the law's memory must come through as lists grow.
     positions, radii, edges = jittered_lattice(side=5, spacing=2.05, spread=0.02, jitter=0.005)
     parameters = Parameters(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9)
     simulation = _native.Simulation(positions, radii, edges, law(*astuple(parameters)), IMMOVABLE)
@@ -179,8 +179,11 @@ def test_a_copy_goes_on_as_its_original():
 
 def test_a_cell_too_small_for_two_images_apart_is_refused():
     # Below two reaches a sphere could touch another and its image at once.
-    positions, radii, edges = cloud(3, np.ones(3), 4.7, seed=1)
-    simulation = _native.Simulation(positions, radii, edges, law(), IMMOVABLE)
-    with pytest.raises(RuntimeError, match="cell has become too small"):
-        steps(simulation, 1)
-    assert 4.7 < 2 * (2 + OUTER_GAP) < 5.0 * (1 + 10 * ROUNDING)
+    narrowest = 2 * (2 + OUTER_GAP)
+    for width, enough in ((0.999 * narrowest, False), (1.001 * narrowest, True)):
+        simulation = _native.Simulation(*cloud(3, np.ones(3), width, seed=1), law(), IMMOVABLE)
+        if enough:
+            steps(simulation, 1)
+        else:
+            with pytest.raises(RuntimeError, match="cell has become too small"):
+                steps(simulation, 1)
