@@ -20,9 +20,11 @@ $(INSTALLED): $(SOURCES)
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable .
 	touch $@
 
-$(TEST_INSTALLED): $(INSTALLED)
+$(TEST_INSTALLED): $(SOURCES)
+	@sh tools/check-machine.sh $(PYTHON)
+	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[test]"
-	touch $@
+	touch $(INSTALLED) $@
 
 clean:
 	rm -rf $(VENV) build

@@ -39,7 +39,7 @@ class Batch {
     Batch(Make make, std::vector<Index> order, unsigned threads, const Target& target) : order_(std::move(order)), target_(target) {
         for (unsigned t = 0; t < threads; ++t)
             threads_.emplace_back([this, make] {
-                for (std::size_t k; (k = next_++) < order_.size();) deliver(run(order_[k], make(order_[k])));
+                for (std::size_t k; (k = next_++) < order_.size();) deliver(outcome_of(order_[k], make));
             });
     }
     ~Batch() {
@@ -59,6 +59,15 @@ class Batch {
 
   private:
     static constexpr long long steps_between_looks = 50;
+
+    template <class Make> Outcome outcome_of(Index index, Make& make) {
+        if (cancelled_) return {index, Status::cancelled, {}, {}, 0, 0};
+        try {
+            return run(index, make(index));
+        } catch (const std::bad_alloc&) {
+            return {index, Status::out_of_memory, {}, {}, 0, 0};
+        }
+    }
 
     Outcome run(Index index, Task task) {
         const auto start = std::chrono::steady_clock::now();

@@ -1,9 +1,7 @@
 // The Python face of the native engine. Input has been checked before it comes here (src/graincal/dem).
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
-#include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include "batch.hpp"
@@ -64,8 +62,6 @@ class InteractiveSimulation {
         : owned_(HeldPacking(x, r, h), law, density) {}
 
     Owned owned_;
-    Progress<double> progress_;
-    std::vector<Record<double>> records_;
 
     auto& state() { return owned_.state; }
 
@@ -94,14 +90,6 @@ class InteractiveSimulation {
             drive_cell(state());
             expect_running(move_on());
         }
-    }
-
-    void set_edges(const Matrix& edges) {
-        auto& s = state();
-        const Mat3<double> convert = inverse(as_matrix(edges)) * s.cell.edges;
-        for (Index i = 0; i < s.particles.count; ++i) s.particles.fractional.set(i, convert * s.particles.fractional[i]);
-        s.cell.edges = as_matrix(edges);
-        s.neighbours.outer_valid = s.neighbours.near_valid = false;
     }
 
     bool as_yade = false;
@@ -160,8 +148,8 @@ const char* name_of(Status status) {
         case Status::cell_too_small: return "cell_too_small";
         case Status::diverged: return "diverged";
         case Status::out_of_steps: return "out_of_steps";
-        case Status::cancelled: return "cancelled";
-        default: return "out_of_memory";
+        case Status::out_of_memory: return "out_of_memory";
+        default: return "cancelled";
     }
 }
 
@@ -210,7 +198,7 @@ nb::object next_outcome(Batch& batch, double patience) {
     result["task"] = outcome->task;
     result["status"] = name_of(outcome->status);
     result["columns"] = columns_of(outcome->records);
-    result["flagged"] = outcome->progress.flagged;
+    result["consolidation_flagged"] = outcome->progress.consolidation_flagged;
     result["steps"] = outcome->steps;
     result["seconds"] = outcome->seconds;
     return result;
@@ -264,11 +252,9 @@ NB_MODULE(_native, module) {
         .def("set_goals", [](Sim& s, const std::vector<AxisGoal<double>>& goals) {
             for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
         })
-        .def("set_time_step", [](Sim& s, double dt) { s.state().time_step = dt; }, "time_step"_a, "The step taken while nothing touches, s.")
         .def("set_time_step_root", [](Sim& s, double root) { s.state().time_stepper.root = root; })
         .def_rw("as_yade", &Sim::as_yade, "Move as YADE does, to the letter: for step by step comparison alone.")
         .def("restart_strain", [](Sim& s) { s.state().cell.initial_edges = s.state().cell.edges; })
-        .def("set_edges", &Sim::set_edges, "edges"_a, "Change the cell and leave the particles where they are.")
         .def("set_velocities", [](Sim& s, const Array2& u) {
             for (Index i = 0; i < s.state().particles.count; ++i) s.state().particles.velocity.set(i, {u(i, 0), u(i, 1), u(i, 2)});
         })

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 #include <span>
@@ -13,7 +14,7 @@
 
 namespace graincal {
 
-// The particles and their cell; plain arrays in SI units, positions absolute (wrapped into the cell when loaded).
+// The particles and their cell; plain arrays in SI units, positions absolute.
 struct PackingView {
     std::span<const double> positions;  // (N, 3)
     std::span<const double> radii;      // (N)
@@ -45,6 +46,8 @@ template <class Real, class Law> class OwnedSimulation {
             sum += r;
         }
         state.smallest_radius = smallest;
+        // Taken while nothing touches: half the time that a stiff wave takes across the smallest grain. The first contact brings a true estimate.
+        state.time_step = 0.5 * smallest * std::sqrt(density / law.modulus);
         state.neighbours.largest_radius = largest;
         state.neighbours.outer_gap = outer_gap_share * sum / n;
         state.neighbours.near_gap = near_gap_share * sum / n;
@@ -58,6 +61,7 @@ template <class Real, class Law> class OwnedSimulation {
 
     // Doubles the room of the list that was found full.
     void make_room(Status full) {
+        if (std::max(outer_capacity(), near_capacity()) > std::numeric_limits<Index>::max() / 2) throw std::bad_alloc();
         *this = OwnedSimulation(*this, outer_capacity() * (full == Status::needs_more_outer_pairs ? 2 : 1),
                                 near_capacity() * (full == Status::needs_more_near_pairs ? 2 : 1));
     }

@@ -63,6 +63,10 @@ class BlockTeam {
 
     Index claim(Index* counter) const { return atomicAdd(counter, 1); }
 
+    template <class F> void once(F f) const {
+        if (threadIdx.x == 0) f();
+    }
+
     void sync() const { __syncthreads(); }
 
   private:

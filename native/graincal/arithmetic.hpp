@@ -21,6 +21,7 @@ template <class T> constexpr T absolute(T a) { return a < T(0) ? -a : a; }
 template <class T> constexpr T sign(T a) { return T(T(0) < a) - T(a < T(0)); }
 template <class T> constexpr T clamp(T a, T largest) { return a > largest ? largest : (a < -largest ? -largest : a); }
 template <class T> constexpr bool is_finite(T a) { return a - a == T(0); }
+template <class T> constexpr T infinity() { return T(1e300) * T(1e300); }
 template <class T> constexpr void exchange(T& a, T& b) {
     T held = a;
     a = b;

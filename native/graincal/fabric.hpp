@@ -41,7 +41,8 @@ Fabric<Real> fabric(const Team& team, const Particles<Real>& particles, const Ne
     if (contacts == 0) return {};
     const auto census = team.sum(particles.count, [&](Index i) -> ContactCensus<Real> {
         Index touching = 0;
-        each_slot_of(i, list, [&](Index slot, bool) { touching += slots.touching(slot); });
+        for (Index slot = slots.row[i]; slot < slots.row[i + 1]; ++slot) touching += slots.touching(slot);
+        for (Index k = list.incoming_row[i]; k < list.incoming_row[i + 1]; ++k) touching += slots.touching(list.incoming[k]);
         return {touching == 0, touching == 1};
     });
 

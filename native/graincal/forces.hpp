@@ -47,12 +47,6 @@ void pair_pass(const Team& team, const Law& law, const Cell<Real>& cell, const P
     });
 }
 
-// Sums each particle's slots: those of its own row, then those that come in from other rows, slots ascending in both.
-template <class Real, class F> void each_slot_of(Index i, const Neighbours<Real>& list, F f) {
-    for (Index slot = list.slots.row[i]; slot < list.slots.row[i + 1]; ++slot) f(slot, true);
-    for (Index k = list.incoming_row[i]; k < list.incoming_row[i + 1]; ++k) f(list.incoming[k], false);
-}
-
 // Sums forces and torques, and finds for each particle the largest of K/m and R/I, 1/s^2: the squared frequency that bounds the time step.
 // K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km per axis a, as YADE's GlobalStiffnessTimeStepper.
 template <class Team, class Real>

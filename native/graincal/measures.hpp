@@ -32,6 +32,7 @@ Real unbalanced_force(const Team& team, const Particles<Real>& particles, const 
     const auto contacts = team.sum(slots.row[particles.count], [&](Index slot) -> SumAndCount<Real> {
         return {norm(pairs.force[slot]), slots.touching(slot) ? 1 : 0};
     });
+    if (contacts.count == 0) return infinity<Real>();
     const Real resultant = team.sum(particles.count, [&](Index i) { return norm(particles.force[i]); });
     return (resultant / Real(particles.count)) / (contacts.sum / Real(contacts.count));
 }

@@ -38,7 +38,9 @@ Real advance_motion(const Team& team, Particles<Real>& particles, Cell<Real>& ce
     team.sync();
     const Real squared = team.largest(particles.count, [&](Index i) {
         const Vec3<Real> u = particles.velocity[i];
-        return dot(u, u);
+        const Real speed = dot(u, u);
+        // A maximum passes over what is not a number; an infinite speed it does not.
+        return speed >= Real(0) ? speed : infinity<Real>();
     });
     return square_root(squared);
 }

@@ -51,10 +51,12 @@ template <class Real> struct Neighbours {
     Real reach(Real gap) const { return Real(2) * largest_radius + gap; }
 };
 
-// How far two particles within the outer reach can have come closer through the cell's deformation alone.
-template <class Real> Real closing_by_strain(const Neighbours<Real>& list, const Cell<Real>& cell, const Mat3<Real>& reference_edges) {
-    const Mat3<Real> stretch = cell.edges * inverse(reference_edges) - Mat3<Real>::identity();
-    return frobenius_norm(stretch) * list.reach(list.outer_gap);
+// How far two particles within the outer reach can have come closer since the reference, if each has moved at most `travel` against the cell: by their
+// own motion, which the cell stretches after it, and by the cell's deformation.
+template <class Real>
+Real closing(const Neighbours<Real>& list, const Cell<Real>& cell, const Mat3<Real>& reference_edges, Real travel) {
+    const Real stretch = frobenius_norm(cell.edges * inverse(reference_edges) - Mat3<Real>::identity());
+    return (Real(1) + stretch) * Real(2) * travel + stretch * list.reach(list.outer_gap);
 }
 
 // The furthest that a particle has moved against the cell since the reference, m.
@@ -79,7 +81,7 @@ template <class Real> struct Grid {
     Grid(const Vec3<Real>& widths, Real reach, Index capacity) {
         Real mesh = reach;
         do {
-            for (Index axis = 0; axis < 3; ++axis) n[axis] = maximum(Index(1), Index(widths[axis] / mesh));
+            for (Index axis = 0; axis < 3; ++axis) n[axis] = maximum(Index(1), Index(minimum(widths[axis] / mesh, Real(capacity))));
             mesh *= Real(1.1);
         } while (Real(n[0]) * Real(n[1]) * Real(n[2]) > Real(capacity));
     }
@@ -231,18 +233,18 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
 template <class Team, class Real>
 NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell<Real>& cell) {
     const auto near_is_enough = [&] {
-        return list.near_valid && Real(2) * list.travel + closing_by_strain(list, cell, list.near_edges) < list.near_gap;
+        return list.near_valid && closing(list, cell, list.near_edges, list.travel) < list.near_gap;
     };
     if (near_is_enough()) return NeighbourStatus::ready;
     if (list.near_valid) {
         // `travel` adds up largest velocities, an upper bound: look at the particles themselves before rebuilding.
         list.travel = furthest_travel(team, particles, cell, list.near_reference);
         const Real worth_keeping = Real(0.8) * list.near_gap;
-        if (Real(2) * list.travel + closing_by_strain(list, cell, list.near_edges) < worth_keeping) return NeighbourStatus::ready;
+        if (closing(list, cell, list.near_edges, list.travel) < worth_keeping) return NeighbourStatus::ready;
     }
     const auto outer_is_enough = [&] {
-        const Real closing = Real(2) * furthest_travel(team, particles, cell, list.outer_reference) + closing_by_strain(list, cell, list.outer_edges);
-        return closing + list.near_gap < list.outer_gap;
+        const Real travel = furthest_travel(team, particles, cell, list.outer_reference);
+        return closing(list, cell, list.outer_edges, travel) + list.near_gap < list.outer_gap;
     };
     if (!list.outer_valid || !outer_is_enough()) {
         const NeighbourStatus status = rebuild_outer(team, list, particles, cell);

@@ -9,7 +9,7 @@
 
 namespace graincal {
 
-enum class Status { running, finished, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, cancelled };
+enum class Status { running, finished, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, out_of_memory, cancelled };
 
 template <class Real, class Law> struct Simulation {
     Particles<Real> particles;
@@ -19,8 +19,8 @@ template <class Real, class Law> struct Simulation {
     Law law;
     Servo<Real> servo;
     TimeStepper<Real> time_stepper;
-    Real time_step = Real(1e-8);  // s
-    Real time = 0;                // s
+    Real time_step;  // s
+    Real time = 0;   // s
     Real damping = Real(0.2);
     Real smallest_radius;
     Vec3<Real> stress;            // diagonal at the latest force pass, Pa, compression positive
@@ -31,8 +31,8 @@ template <class Real, class Law> struct Simulation {
         neighbours.lay_out(arena, n, outer_pairs, near_pairs);
         pair_forces.lay_out(arena, near_pairs);
     }
-    // A simulation within which the fastest particle crosses this share of the smallest radius in a step has blown up.
-    Real speed_limit() const { return Real(0.1) * smallest_radius / time_step; }
+    // A simulation whose fastest particle crosses the smallest radius in a step has blown up: soft grains that are compressed fast come to a quarter.
+    Real speed_limit() const { return smallest_radius / time_step; }
 };
 
 inline Status as_simulation_status(NeighbourStatus status) {

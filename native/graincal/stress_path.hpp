@@ -25,7 +25,7 @@ template <class Real> struct Record {
     Mat3<Real> edges, stress;
     Vec3<Real> strain;
     Fabric<Real> fabric;
-    Real unbalanced_force, time_step;
+    Real unbalanced_force;
     long long steps;
     bool flagged;
 };
@@ -35,12 +35,12 @@ template <class Real> struct Progress {
     Index stage = 0;
     bool relaxing = false;
     long long stage_start = 0;    // steps
-    long long loading_steps = -1; // until the targets were first met; -1 before
+    int side[3] = {0, 0, 0};      // of its target on which each axis began: -1 below, 1 above, 0 not looked at yet
+    bool arrived[3] = {false, false, false};  // whether each axis has met its target once, or crossed it
+    long long loading_steps = -1; // until all had; -1 before
     Index records = 0;
-    Index flagged = 0;            // states flagged, recorded or not
+    bool consolidation_flagged = false;  // a stage without a record was not at rest within its limit
 };
-
-template <class Real> Real infinity() { return Real(1) / Real(0); }
 
 template <class Team, class Real, class Law> Record<Real> record_state(const Team& team, const Simulation<Real, Law>& sim, Real unbalanced, bool flagged) {
     Record<Real> record;
@@ -49,7 +49,6 @@ template <class Team, class Real, class Law> Record<Real> record_state(const Tea
     record.strain = {sim.cell.strain(0), sim.cell.strain(1), sim.cell.strain(2)};
     record.fabric = fabric(team, sim.particles, sim.neighbours, record.stress, sim.pair_forces);
     record.unbalanced_force = unbalanced;
-    record.time_step = sim.time_step;
     record.steps = sim.steps;
     record.flagged = flagged;
     return record;
@@ -61,15 +60,32 @@ template <class Real, class Law> void enter_stage(const Stage<Real>& stage, Simu
     progress.relaxing = false;
     progress.stage_start = sim.steps;
     progress.loading_steps = -1;
+    for (Index axis = 0; axis < 3; ++axis) progress.side[axis] = 0, progress.arrived[axis] = false;
+}
+
+// Whether every axis meets its target at this moment. Loading is over once each has done so, at whatever moment of its own: a stress that rings about
+// its target may never meet it together with the others.
+template <class Real, class Law> bool targets_met(const Simulation<Real, Law>& sim, Progress<Real>& progress) {
+    bool met = true, loaded = true;
+    for (Index axis = 0; axis < 3; ++axis) {
+        const Real stress = sim.stress[axis], strain = sim.cell.strain(axis);
+        const AxisGoal<Real>& goal = sim.servo.axis[axis];
+        const int side = int(sign((goal.control == Control::stress ? stress : strain) - goal.target));
+        if (progress.side[axis] == 0) progress.side[axis] = side;
+        const bool reached = sim.servo.reached(axis, stress, strain);
+        progress.arrived[axis] = progress.arrived[axis] || reached || side != progress.side[axis];
+        met = met && reached;
+        loaded = loaded && progress.arrived[axis];
+    }
+    if (loaded && progress.loading_steps < 0) progress.loading_steps = sim.steps - progress.stage_start;
+    return met;
 }
 
 // Looks at the state after a force pass: true when the stage is over.
 template <class Team, class Real, class Law>
 bool stage_is_over(const Team& team, const Stage<Real>& stage, Simulation<Real, Law>& sim, Progress<Real>& progress, const Rest<Real>& rest, Record<Real>* records) {
-    bool reached = true;
-    for (Index axis = 0; axis < 3; ++axis) reached = reached && sim.servo.reached(axis, sim.stress[axis], sim.cell.strain(axis));
+    const bool reached = targets_met(sim, progress);
     const long long steps = sim.steps - progress.stage_start;
-    if (reached && progress.loading_steps < 0) progress.loading_steps = steps;
     const bool out_of_patience = progress.loading_steps >= 0 && steps > rest.step_limit && Real(steps) > rest.loading_multiple * Real(progress.loading_steps);
     if (!reached && !out_of_patience) return false;
 
@@ -81,8 +97,13 @@ bool stage_is_over(const Team& team, const Stage<Real>& stage, Simulation<Real, 
         sim.damping = rest.relaxing_damping;
         return false;
     }
-    progress.flagged += !at_rest;
-    if (stage.record) records[progress.records++] = record_state(team, sim, unbalanced, !at_rest);
+    if (stage.record) {
+        const Record<Real> record = record_state(team, sim, unbalanced, !at_rest);
+        team.once([&] { records[progress.records] = record; });
+        ++progress.records;
+    } else {
+        progress.consolidation_flagged = progress.consolidation_flagged || !at_rest;
+    }
     if (stage.strain_origin) {
         sim.cell.initial_edges = sim.cell.edges;
         sim.cell.velocity_gradient = {};

@@ -5,6 +5,7 @@
 //   team.largest(n, f)    maximum of f(i) and zero
 //   team.scan(n, a)       a[0..n) becomes its exclusive prefix sum, a[n] the total
 //   team.claim(p)         returns *p and adds one to it
+//   team.once(f)          f(), by one member alone
 //   team.sync()           what was written before is seen after, by every member
 //
 // Scalars of a simulation live in a copy per member, computed alike by all; only arrays are shared.
@@ -78,6 +79,8 @@ struct SerialTeam {
         *counter = claimed + 1;
         return claimed;
     }
+
+    template <class F> void once(F f) const { f(); }
 
     void sync() const {}
 };

@@ -68,7 +68,6 @@ template <class Real> constexpr Mat3<Real> operator-(Mat3<Real> a, const Mat3<Re
     return a;
 }
 template <class Real> constexpr Mat3<Real> outer(const Vec3<Real>& a, const Vec3<Real>& b) { return {{a.x * b, a.y * b, a.z * b}}; }
-template <class Real> constexpr Vec3<Real> diagonal(const Mat3<Real>& a) { return {a(0, 0), a(1, 1), a(2, 2)}; }
 template <class Real> constexpr Real trace(const Mat3<Real>& a) { return a(0, 0) + a(1, 1) + a(2, 2); }
 template <class Real> constexpr Real determinant(const Mat3<Real>& a) { return dot(a.row[0], cross(a.row[1], a.row[2])); }
 template <class Real> constexpr Mat3<Real> inverse(const Mat3<Real>& a) {

@@ -18,10 +18,11 @@ def first_time_step(simulation):
     return simulation.time_step
 
 
-def test_it_starts_small_and_without_contacts_it_stays():
-    simulation = two_spheres(overlap=-0.1)
-    assert simulation.time_step == 1e-8
-    assert first_time_step(simulation) == 1e-8
+def test_without_contacts_it_is_half_the_time_of_a_stiff_wave_across_the_smallest_grain():
+    simulation = two_spheres(overlap=-0.1, radii=(1.0, 0.5), density=2.0, modulus=1e7)
+    expected = 0.5 * 0.5 * np.sqrt(2.0 / 1e7)
+    assert simulation.time_step == pytest.approx(expected, rel=EXACT)
+    assert first_time_step(simulation) == pytest.approx(expected, rel=EXACT)
 
 
 def test_translation_limits_a_ring_of_hard_springs():

@@ -23,13 +23,15 @@ def pack(
 
     The same request gives the same packing, which is kept in the cache folder ($GRAINCAL_CACHE, or ~/.cache/graincal/packings).
     """
-    from graincal.dem.preparation import comment, prepare
+    from graincal.dem.preparation import comment, prepare, write_whole
 
     if output.exists():
         raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.")
+    if not output.absolute().parent.is_dir():
+        raise InputError(f"{output}: there is no folder {output.parent} to write it in.")
     packing = prepare(particles, void_ratio, grading, seed)
     try:
-        packing.write(output, comment(void_ratio, grading, seed))
+        write_whole(packing, output, comment(void_ratio, grading, seed))
     except OSError as error:
         raise InputError(f"{output}: a file cannot be written here ({error.strerror}).") from None
     if not quiet:

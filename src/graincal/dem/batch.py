@@ -17,12 +17,13 @@ _PATIENCE = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """How one simulation of a batch ended: `status` is "finished", or why it did not; `columns` maps names to recorded states (T,)."""
+    """How one simulation of a batch ended: `status` is "finished", or why it did not; `columns` maps names to recorded states (T,).
+    `consolidation_flagged`: the packing was not at rest when its shearing began."""
 
     index: int
     status: str
     columns: dict[str, NDArray[np.float64]]
-    flagged: int
+    consolidation_flagged: bool
     steps: int
     seconds: float
 
@@ -48,6 +49,6 @@ def run_batch(
         for _ in order:
             while (outcome := batch.next(_PATIENCE)) is None:
                 pass
-            yield Run(outcome["task"], outcome["status"], outcome["columns"], outcome["flagged"], outcome["steps"], outcome["seconds"])
+            yield Run(outcome["task"], outcome["status"], outcome["columns"], outcome["consolidation_flagged"], outcome["steps"], outcome["seconds"])
     finally:
         batch.cancel()

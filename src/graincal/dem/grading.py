@@ -52,7 +52,7 @@ class Grading:
         if not rows or rows[0] != wanted:
             raise InputError(f"{path}: the header must be '{','.join(wanted)}'.")
         try:
-            table = np.array([[float(cell) for cell in row] for row in rows[1:]]).reshape(-1, 2)
+            table = np.array([(float(size), float(passing)) for size, passing in rows[1:]]).reshape(-1, 2)
         except ValueError:
             raise InputError(f"{path}: every row below the header must hold two numbers, a size and a percentage.") from None
         return cls(table[:, 0] * 1e-3, table[:, 1], name=str(path))

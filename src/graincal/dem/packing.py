@@ -55,6 +55,11 @@ class Packing:
         self._check_overlaps()
 
     def _check_overlaps(self) -> None:
+        # Coincident centres have no direction between them, and no simulation survives that.
+        _, first, copies = np.unique(self.positions, axis=0, return_index=True, return_counts=True)
+        if np.any(copies > 1):
+            same = np.flatnonzero(np.all(self.positions == self.positions[first[np.argmax(copies > 1)]], axis=1)) + 1
+            raise InputError(f"{self.name}: particles {same[0]} and {same[1]} overlap completely, and at most {LARGEST_OVERLAP:.0%} of the smaller radius is allowed.")
         # The engine's own neighbour search; one force pass on springs of any stiffness tells who touches.
         probe = self._simulation(_native.LinearLaw(1.0, 0.0, 0.0, 0.0, 0.0), density=1.0)
         probe.run_prescribed(1, np.zeros((3, 3)), 1e-12, 0.0)
@@ -108,6 +113,8 @@ class Packing:
             lengths = []
         if not lengths:
             raise InputError(f"{path}: a comment line with 'cell lengths: Lx Ly Lz' in metres is needed before the particles.")
+        if not all(length > 0 for length in lengths):
+            raise InputError(f"{path}: the cell lengths must be positive, not {' '.join(cell.groups())}.")
         if not rows or [name.strip() for name in rows[0][1].split(",")] != ["x", "y", "z", "radius"]:
             raise InputError(f"{path}: the header must be 'x,y,z,radius'.")
         values = []

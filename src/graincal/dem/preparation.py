@@ -6,7 +6,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -22,20 +21,21 @@ from graincal.dem.packing import Packing
 PROTOCOL = 1
 """Goes up when the same request would give another packing: what was cached before is then prepared anew."""
 
-COMPACTION_PRESSURE = 1e5
-RELEASED_PRESSURE = 1e2
-CLOUD_MODULUS = 1e8
-"""Soft grains gather a cloud with long time steps; they are stiffened before friction is lowered."""
+COMPACTION_PRESSURE, RELEASED_PRESSURE = 1e5, 1e2  # Pa
 MODULUS = 1e9
+"""Pa. Ten thousand times the compaction pressure: stiff enough, since the void ratio is measured once the pressure is gone, and overlaps with it."""
+CLOUD_MODULUS = 1e8
+"""Pa. Soft grains gather a cloud with long time steps; they are stiffened before friction is lowered."""
 STIFFNESS_RATIO = 0.2
-DENSITY = 2650.0e3
+LOOSEST_FRICTION_ANGLE = 45.0  # degrees
+DENSITY = 2650.0 * 1e3
+"""kg/m^3, with the density scaling of the paper's tests."""
 DAMPING = 0.5
 CLOUD_SOLID_FRACTION = 0.25
-VOID_RATIO_TOLERANCE = 5e-4
-ACCEPTED = 2e-3
-LOOSEST_FRICTION_ANGLE = 45.0
+VOID_RATIO_TOLERANCE, ACCEPTED = 5e-4, 2e-3
+"""What is sought, and what is settled for where settling is too chaotic to meet that."""
 RELEASE_RATE = 1e-3
-"""Slow enough that the cell's own inertia does not carry it past the point where the grains part, 1/s."""
+"""1/s. Slow enough that the cell's own inertia does not carry it past the point where the grains part."""
 
 _CHUNK = 200
 _MAX_CHUNKS = 1000
@@ -49,11 +49,15 @@ def prepare(particles: int, void_ratio: float, grading: str | Path | Grading = "
     Deterministic in `seed`, and cached in the user's cache folder ($GRAINCAL_CACHE, or graincal/packings in $XDG_CACHE_HOME or ~/.cache). Raises
     InputError for a void ratio that the grading cannot reach, with the range that it can.
     """
-    if particles < 100:
-        raise InputError(f"particles must be at least 100, not {particles}: a smaller cell is too narrow for its largest grains.")
+    if particles < 2:
+        raise InputError(f"particles must be at least 2, not {particles}.")
     if not (np.isfinite(void_ratio) and void_ratio > 0):
         raise InputError(f"void_ratio must be a positive number, not {void_ratio}.")
     grading = grading if isinstance(grading, Grading) else Grading.named(grading)
+    try:
+        _cache_folder().mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{_cache_folder()}: packings cannot be cached here ({error.strerror}); name another folder by GRAINCAL_CACHE.") from None
     cached = _cache_folder() / f"{_fingerprint(particles, void_ratio, grading, seed)}.csv"
     if cached.exists():
         return Packing.read(cached)
@@ -61,9 +65,11 @@ def prepare(particles: int, void_ratio: float, grading: str | Path | Grading = "
         packing = _prepare(particles, void_ratio, grading, seed)
     except RuntimeError as error:
         raise InputError(f"no packing of {particles} particles of grading {grading.name} could be prepared with seed {seed}: {error}.") from error
-    _write_whole(packing, cached, comment(void_ratio, grading.name, seed))
-    # What is written is what everybody else will read.
-    return Packing.read(cached)
+    try:
+        write_whole(packing, cached, comment(void_ratio, grading.name, seed))
+    except OSError as error:
+        raise InputError(f"{cached.parent}: the packing cannot be cached here ({error.strerror}); name another folder by GRAINCAL_CACHE.") from None
+    return packing
 
 
 def comment(void_ratio: float, grading: str, seed: int) -> str:
@@ -74,10 +80,9 @@ def comment(void_ratio: float, grading: str, seed: int) -> str:
 def _prepare(particles: int, void_ratio: float, grading: Grading, seed: int) -> Packing:
     generator = np.random.default_rng(seed)
     radii = 0.5 * grading.diameters(particles, generator)
+    _check_width(radii, void_ratio, grading)
     positions, edges = _cloud(radii, generator)
     simulation = _native.Simulation(positions, radii, edges, _law(LOOSEST_FRICTION_ANGLE, CLOUD_MODULUS), DENSITY)
-    # Until the first contact nothing tells the engine how fast it may go: half the time a stiff wave takes across the smallest grain.
-    simulation.set_time_step(0.5 * radii.min() * np.sqrt(DENSITY / CLOUD_MODULUS))
     _compress(simulation)
     simulation.set_law(_law(LOOSEST_FRICTION_ANGLE))
     _compress(simulation)
@@ -183,6 +188,17 @@ def _release(simulation: _native.Simulation) -> None:
     raise RuntimeError(f"the packing did not let go of its pressure within {5 * _CHUNK * _MAX_CHUNKS} steps")
 
 
+def _check_width(radii: NDArray[np.float64], void_ratio: float, grading: Grading) -> None:
+    """The cell must hold its largest grains with room for a neighbour on either side, also where it is packed densest."""
+    needed = 5.2 * radii.max()
+    side = (4 / 3 * np.pi * np.sum(radii**3) * (1 + min(void_ratio, 0.5)) / 2) ** (1 / 3)
+    if side < needed:
+        enough = int(np.ceil(len(radii) * (needed / side) ** 3 / 10) * 10)
+        raise InputError(
+            f"particles: {len(radii)} of grading {grading.name} fill a cell only {side / (2 * radii.max()):.1f} of its largest grains wide; about {enough} are needed."
+        )
+
+
 def _law(friction_angle: float, modulus: float = MODULUS) -> _native.LinearLaw:
     return _native.LinearLaw(modulus, STIFFNESS_RATIO, float(np.tan(np.radians(friction_angle))), 0.0, 0.0)
 
@@ -217,10 +233,11 @@ def _fingerprint(particles: int, void_ratio: float, grading: Grading, seed: int)
     return hashlib.sha256(request.encode()).hexdigest()[:24]
 
 
-def _write_whole(packing: Packing, path: Path, comment: str) -> None:
-    """Write beside the place, then move: nobody ever reads half a packing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, beside = tempfile.mkstemp(dir=path.parent, suffix=".csv")
-    os.close(handle)
-    packing.write(beside, comment)
-    os.replace(beside, path)
+def write_whole(packing: Packing, path: Path, comment: str) -> None:
+    """Write beside the place, then move: nobody ever reads half a packing. Raises OSError where that is not possible."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        packing.write(beside, comment)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)

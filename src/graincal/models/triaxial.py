@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
@@ -15,6 +15,7 @@ from graincal.data import Failure, InputError, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path import drained_triaxial
+from graincal.execution import available_cores
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 """Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength."""
@@ -22,11 +23,15 @@ PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 DENSITY = 2650.0
 """Density of quartz grains, kg/m^3, before scaling."""
 
+_BOUNDS = {"log_E": (-np.inf, 300.0), "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
+"""Where the contact law means something; phi below its upper bound."""
+
+_NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "flagged": 0, "consolidation_flagged": 0}
+
 _FAILURES = {
     "diverged": "the simulation diverged: a particle's motion ran away or a stress was not finite",
     "cell_too_small": "the periodic cell became too small for its largest particles",
     "out_of_steps": "the simulation reached its limit of {limit} steps",
-    "cancelled": "the simulation was stopped",
     "out_of_memory": "the simulation found no memory for its neighbour lists",
 }
 
@@ -48,12 +53,17 @@ class TriaxialTest:
     step_limit: int = 20_000_000
 
     def __post_init__(self) -> None:
-        for name in ("confining_pressure", "density_scaling"):
+        for name in ("confining_pressure", "density_scaling", "step_limit"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{name} must be a positive number, not {value}.")
+            if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
+                raise InputError(f"{name} must be a positive number, not {value!r}.")
+        if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
+            raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
         if unknown := set(self.fixed) - set(PARAMETERS):
             raise InputError(f"fixed: {', '.join(sorted(unknown))} is not among the test's parameters {', '.join(PARAMETERS)}.")
+        for name, value in self.fixed.items():
+            if not isinstance(value, Real) or _outside(name, value):
+                raise InputError(f"fixed.{name} must be a number {_words(name)}, not {value!r}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
 
     def arrange(self, samples: Samples) -> NDArray[np.float64]:
@@ -68,24 +78,33 @@ class TriaxialTest:
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Simulate each sample and yield (row, Response or Failure) in order of completion.
 
-        at (T,): axial strains of the recorded states, logarithmic, as fractions. workers: threads, all cores by default.
+        at (T,): axial strains of the recorded states, logarithmic, as fractions. workers: threads, all cores by default. A sample outside the bounds
+        of the contact law is a Failure. Raises InputError for parameters too many or too few, and for strains that cannot be reached.
         """
-        at = np.asarray(at, dtype=np.float64)
+        at = _checked_strains(at)
         theta = self.arrange(samples)
-        laws = [_law(row) for row in theta]
-        if not len(laws):
+        return self._evaluate(theta, at, workers or available_cores())
+
+    def _evaluate(self, theta: NDArray[np.float64], at: NDArray[np.float64], threads: int) -> Iterator[tuple[int, Response | Failure]]:
+        possible = []
+        for row, values in enumerate(theta):
+            if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value)]:
+                yield row, Failure("parameters", f"{wrong[0]} = {values[PARAMETERS.index(wrong[0])]:g} has no meaning, it must be a number {_words(wrong[0])}.", _NOTHING_RUN)
+            else:
+                possible.append(row)
+        if not possible:
             return
         runs = run_batch(
             self.packing,
-            laws,
+            [_law(theta[row]) for row in possible],
             drained_triaxial(self.confining_pressure, at),
             density=DENSITY * self.density_scaling,
-            expected_steps=_relative_run_lengths(theta),
-            threads=workers or os.cpu_count() or 1,
+            expected_steps=_relative_run_lengths(theta[possible]),
+            threads=threads,
             step_limit=self.step_limit,
         )
         for run in runs:
-            yield run.index, self._outcome(run, at)
+            yield possible[run.index], self._outcome(run, at)
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
         """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order."""
@@ -98,11 +117,13 @@ class TriaxialTest:
         return [outcomes[row] for row in range(len(samples))]
 
     def _outcome(self, run: Run, at: NDArray[np.float64]) -> Response | Failure:
-        details = {"steps": run.steps, "seconds": run.seconds, "flagged": run.flagged, "particle_steps": run.steps * self.packing.count}
+        flagged = int(run.columns["flagged"].sum())
+        details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * self.packing.count}
+        details |= {"flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
         if run.status != "finished":
             return Failure(run.status, _FAILURES[run.status].format(limit=self.step_limit) + f" (after {run.steps} steps).", details)
-        if run.flagged > self.largest_flagged_share * len(at):
-            reason = f"{run.flagged} of {len(at)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
+        if flagged > self.largest_flagged_share * len(at):
+            reason = f"{flagged} of {len(at)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
             return Failure("flagged", reason, details)
         return Response(at, self._curve(run.columns), details)
 
@@ -116,6 +137,7 @@ class TriaxialTest:
             "mean_stress": (c["stress_xx"] + c["stress_yy"] + c["stress_zz"]) / 3,
             "deviatoric_stress": c["stress_zz"] - lateral,
             "coordination_number": c["coordination_number"],
+            "contacts": c["contacts"],
             "a_c": c["a_c"],
             "a_n": c["a_n"],
             "a_t": c["a_t"],
@@ -128,6 +150,27 @@ class TriaxialTest:
 def _law(theta: NDArray[np.float64]) -> _native.LinearLaw:
     log_modulus, stiffness_ratio, friction_angle, rolling_stiffness, rolling_strength = theta
     return _native.LinearLaw(10.0**log_modulus, stiffness_ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
+
+
+def _outside(name: str, value: float) -> bool:
+    low, high = _BOUNDS[name]
+    return not (np.isfinite(value) and low <= value < high)
+
+
+def _words(name: str) -> str:
+    low, high = _BOUNDS[name]
+    limits = [f"at least {low:g}"] * bool(np.isfinite(low)) + [f"below {high:g}"] * bool(np.isfinite(high))
+    return " and ".join(limits)
+
+
+def _checked_strains(at: ArrayLike) -> NDArray[np.float64]:
+    try:
+        strains = np.asarray(at, dtype=np.float64)
+    except (TypeError, ValueError):
+        strains = np.empty(0)
+    if strains.ndim != 1 or not strains.size or not np.all(np.isfinite(strains)) or np.any(np.abs(strains) >= 1):
+        raise InputError("axial strains must be one row of fractions between -1 and 1 (not percent), at least one.")
+    return strains
 
 
 def _relative_run_lengths(theta: NDArray[np.float64]) -> NDArray[np.float64]:
