@@ -82,7 +82,8 @@ def replicates(packing: gc.Packing, theta: list[float], strains: np.ndarray, sca
     curves = []
     for scaling in scalings:
         response = gc.TriaxialTest(packing, 0.5e6, density_scaling=scaling).simulate([theta], at=strains)[0]
-        assert isinstance(response, gc.Response) and not response.details["flagged"], response
+        if not isinstance(response, gc.Response) or response.details["flagged"]:
+            raise SystemExit(f"A run gave no curve to compare: {response}")
         curves.append({name: response.values[name] for name in COMPARED})
     return curves
 

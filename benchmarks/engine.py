@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import json
 import shutil
 import statistics
 import subprocess
@@ -50,7 +51,7 @@ def main() -> None:
                 ours.append(rate)
                 if compare:
                     theirs.append(measure_yade(packing, at))
-            contacts = 0.5 * response.values["coordination_number"].mean()
+            contacts = response.values["contacts"].mean() / packing.count
             row = f"{packing.count:>10}{threads:>9}{response.details['steps']:>9}{contacts:>19.2f}{statistics.median(ours):>10.2f}"
             if compare:
                 row += f"{statistics.median(theirs):>8.2f}{statistics.median(ours) / statistics.median(theirs):>8.1f}"
@@ -76,16 +77,12 @@ def measure_yade(packing: gc.Packing, at: np.ndarray) -> float:
         command += ["--confining-pressure", str(CONFINING_PRESSURE), "--axial-strain", str(at[-1]), "--increment", str(INCREMENT), "-o", str(curve_file)]
         for name, value in THETA.items():
             command += ["-p", f"{name}={value}"]
-        subprocess.run(command, check=True, capture_output=True)
-        header = curve_file.read_text().splitlines()
-        seconds = float(_setting(header, "seconds"))
-        rows = list(csv.DictReader(line for line in header if not line.startswith("#")))
-    return packing.count * float(rows[-1]["steps"]) / seconds / 1e6
-
-
-def _setting(lines: list[str], name: str) -> str:
-    comment = next(line for line in lines if line.startswith("#"))
-    return comment.split(f'"{name}": ')[1].split(",")[0].rstrip("}")
+        ended = subprocess.run(command, capture_output=True, text=True)
+        if ended.returncode:
+            raise SystemExit(f"YADE ended with {ended.returncode}:\n{ended.stderr}")
+        about, *table = curve_file.read_text().splitlines()
+    seconds = json.loads(about.removeprefix("#"))["seconds"]
+    return packing.count * float(list(csv.DictReader(table))[-1]["steps"]) / seconds / 1e6
 
 
 if __name__ == "__main__":

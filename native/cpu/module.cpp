@@ -84,6 +84,7 @@ class InteractiveSimulation {
         nb::gil_scoped_release release;
         state().damping = damping;
         for (long long step = 0; step < steps; ++step) {
+            if (step % steps_between_looks == 0) heed_signals();
             expect_running(owned_.advance([&] { return find_forces(SerialTeam{}, state()); }));
             yade_motion_.remember(state());
             choose_time_step(SerialTeam{}, state());
@@ -99,6 +100,13 @@ class InteractiveSimulation {
 
     Status move_on() { return as_yade ? yade_motion_.move(SerialTeam{}, state()) : move(SerialTeam{}, state()); }
 
+    static constexpr long long steps_between_looks = 20;
+
+    // Ctrl-C is Python's to notice.
+    static void heed_signals() {
+        nb::gil_scoped_acquire acquire;
+        if (PyErr_CheckSignals()) throw nb::python_error();
+    }
     static void expect_running(Status status) {
         if (status == Status::diverged) throw std::runtime_error("the simulation diverged: a particle's motion ran away");
         if (status == Status::cell_too_small) throw std::runtime_error("the periodic cell has become too small for its largest particles");

@@ -15,7 +15,10 @@ class InputError(ValueError):
 
 
 def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
-    array = np.array(values, dtype=np.float64)
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must hold numbers only.") from None
     if array.ndim != ndim:
         raise InputError(f"{what} must have {ndim} dimension{'s' if ndim > 1 else ''}, not {array.ndim}.")
     array.setflags(write=False)
@@ -42,8 +45,12 @@ class ParameterSpace:
         if not ranges:
             raise InputError("parameters: at least one parameter with its range is needed.")
         for name, limits in ranges.items():
-            if len(limits) != 2 or not np.all(np.isfinite(limits)) or not limits[0] < limits[1]:
-                raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {list(limits)}.")
+            try:
+                low, high = (float(limit) for limit in limits)
+            except (TypeError, ValueError):
+                low = high = np.nan
+            if not (np.isfinite(low) and np.isfinite(high) and low < high):
+                raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {limits!r}.")
         if unknown := set(units) - set(ranges):
             raise InputError(f"units: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
         object.__setattr__(self, "names", tuple(ranges))
@@ -143,6 +150,9 @@ class Reference:
         errors = dict(measurement_errors or {})
         if unknown := set(errors) - set(columns):
             raise InputError(f"reference: measurement errors are given for {', '.join(sorted(unknown))}, the observables are {', '.join(columns)}.")
+        for name, error in errors.items():
+            if not (np.isfinite(error) and error > 0):
+                raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
         object.__setattr__(self, "control", control)
         object.__setattr__(self, "observables", MappingProxyType(columns))
         object.__setattr__(self, "variance_shares", MappingProxyType({name: float(shares[name]) for name in columns}))
@@ -167,7 +177,10 @@ class Reference:
 
     @classmethod
     def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
-        """Read a laboratory file; the options are those of `graincal.laboratory.read_reference`."""
+        """Read a laboratory file into SI units and fractions.
+
+        observables: names, or a mapping of names to variance shares. Options and errors are those of `graincal.laboratory.read_reference`.
+        """
         from graincal.laboratory import read_reference
 
         return read_reference(path, control=control, observables=observables, **options)
@@ -190,7 +203,7 @@ class Response:
 
 @dataclass(frozen=True)
 class Failure:
-    """An evaluation that gave no usable response: `kind` is a word ("diverged", "flagged", "error", "timeout"), `reason` a sentence."""
+    """An evaluation that gave no usable response: `kind` is a word ("diverged", "flagged", "error", ...; each model says its own), `reason` a sentence."""
 
     kind: str
     reason: str

@@ -6,20 +6,14 @@ import platform
 from collections.abc import Mapping
 from importlib.metadata import version
 
-from graincal import _native
+from graincal import build
 
 _LIBRARIES = ("numpy", "scipy", "scikit-learn")
 
 
 def provenance() -> dict[str, str]:
     """Version, commit, compiler and instruction set of graincal, and the versions of what its figures rest on besides."""
-    return {
-        "graincal": version("graincal"),
-        "commit": _native.commit,
-        "compiler": _native.compiler,
-        "instruction set": _native.instruction_set,
-        "Python": platform.python_version(),
-    } | {library: version(library) for library in _LIBRARIES}
+    return build.describe() | {"Python": platform.python_version()} | {library: version(library) for library in _LIBRARIES}
 
 
 def differences(before: Mapping[str, str], now: Mapping[str, str]) -> str:

@@ -30,15 +30,17 @@ def demo(
 
     from graincal import demo as example
     from graincal.campaign import begin
+    from graincal.campaign.running import REPORT
     from graincal.cli.chart import chart
     from graincal.cli.options import number_of_workers
     from graincal.cli.running import run
 
     console = Console(highlight=False, markup=False, quiet=quiet)
+    number = number_of_workers(workers)
     folder = output or _free_folder()
     grains = example.packing()
     reference = example.reference(grains)
-    calibration = example.calibration(grains, reference, workers=number_of_workers(workers))
+    calibration = example.calibration(grains, reference, workers=number)
     console.print(f"A triaxial test of {grains.count} particles at {example.CONFINING_PRESSURE / 1e6:g} MPa, and one simulation in the middle of the ranges:\n")
     guess = example.first_curve(grains)
     for name, title in (("stress_ratio", "stress ratio [-]"), ("volumetric_strain", "volumetric strain [%]")):
@@ -49,7 +51,7 @@ def demo(
     result = run(folder, calibration.stop, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
     console.print()
     console.print(_truth_beside(result, example.TRUTH))
-    console.print(f"Report: {result.report(folder / 'report.html')}")
+    console.print(f"Report: {result.report(folder / REPORT)}")
 
 
 def _truth_beside(result: Result, truth: Mapping[str, float]) -> Table:

@@ -8,7 +8,8 @@ import typer
 def print_version(wanted: bool) -> None:
     """Print version, commit, compiler and instruction set, if wanted, and exit."""
     if wanted:
-        from graincal import __version__, _native
+        from graincal.build import describe
 
-        typer.echo(f"graincal {__version__} (commit {_native.commit}, {_native.compiler}, {_native.instruction_set})")
+        number, commit, compiler, instruction_set = describe().values()
+        typer.echo(f"graincal {number} (commit {commit}, {compiler}, {instruction_set})")
         raise typer.Exit()
