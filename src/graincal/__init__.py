@@ -36,6 +36,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])
+
+
 def __getattr__(name: str):
     # Statistics take a second to import, which worker processes and most commands need not wait for.
     for module in ("graincal.inference", "graincal.campaign") if name in __all__ else ():

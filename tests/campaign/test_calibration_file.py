@@ -69,6 +69,7 @@ def write_triaxial(folder, *replacements):
         ("{ variance_share = 0.5 } }", "{ variance_share = 0 } }", 'experiment "drained": observables.volumetric_strain.variance_share must be a number above 0, the smaller the more trusted, not 0.'),
         ("s = false", "s = true", "stop.s must be a number, not negative, or false, not true."),
         ("= 3\ns", "= 2.5\ns", "stop.max_iterations must be a whole number above 0, or false, not 2.5."),
+        ("= 3\ns", "= 0\ns", "stop.max_iterations must be a whole number above 0, or false, not 0."),
         ("= 3\ns", "= false\ns", "stop: every criterion is switched off, so that nothing would end the calibration."),
         ("= 3\ns", "= 3\nmax_evaluations = 5\ns", "stop.max_evaluations = 5 does not hold one iteration of 20 samples: raise it, or lower filter.alpha."),
         ("workers = 1", "workers = 0", 'run.workers must be a whole number above 0, or "all", not 0.'),

@@ -260,3 +260,9 @@ def test_report_writes_its_figures_on_request(call, campaign, tmp_path):
     assert all(path.stat().st_size > 0 for path in written)
     refused = call("report", folder, "--figures", "doc")
     assert refused.code == 1 and "doc" in refused.err
+
+
+def test_a_calibration_in_which_everything_fails_ends_with_a_sentence(call, tmp_path):
+    file = write_calibration(tmp_path, ("strength  = { range = [0, 1] }", "strength  = { range = [2, 3] }"))
+    called = call("calibrate", file, "-o", tmp_path / "campaign", "--quiet")
+    assert called.code == 1 and "every evaluation failed" in called.err and "new folder" in called.err

@@ -43,3 +43,8 @@ def test_points_fill_the_box_more_evenly_than_random_ones():
     random = [qmc.discrepancy(np.random.default_rng(seed).random((80, 5))) for seed in range(20)]
     even = [qmc.discrepancy(SPACE.to_unit(halton(SPACE, 80, np.random.default_rng(seed)))) for seed in range(20)]
     assert max(even) < min(random)
+
+
+def test_more_samples_than_can_be_held_are_refused():
+    with pytest.raises(InputError, match="at most 1000000"):
+        number_of_samples(5, alpha=1e9)

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.experiment import Experiment
@@ -19,7 +19,14 @@ from graincal.models import PythonModel, TriaxialTest
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=1)]
-Off = Literal[False]
+def _only_false(value: Any) -> Any:
+    # Zero equals false, and would switch a limit off that was meant to be nothing.
+    if value is not False:
+        raise ValueError("not false")
+    return value
+
+
+Off = Annotated[Literal[False], BeforeValidator(_only_false)]
 Texts = dict[str, str]
 
 

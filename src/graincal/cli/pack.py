@@ -12,10 +12,10 @@ from graincal.data import InputError
 
 
 def pack(
-    particles: Annotated[int, typer.Option(min=1, help="How many spheres.")],
+    particles: Annotated[int, typer.Option(min=2, help="How many spheres; what the grading needs at the least is said where they are too few.")],
     void_ratio: Annotated[float, typer.Option(help="Volume of voids over volume of solids, before the test's own compression.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The packing file to write; nothing is overwritten.", metavar="FILE")],
-    grading: Annotated[str, typer.Option(help="toyoura, or a CSV file with the columns 'size [mm],passing [%]'.")] = "toyoura",
+    grading: Annotated[str, typer.Option(help="toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'. The built-in toyoura is enlarged to grains of 3.4 to 9.6 mm: only their ratios matter.")] = "toyoura",
     seed: Annotated[int, typer.Option(min=0, help="Another seed, another packing.")] = 1,
     quiet: Quiet = False,
 ) -> None:

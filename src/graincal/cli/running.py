@@ -16,6 +16,7 @@ from graincal.campaign.config import read_calibration
 from graincal.campaign.running import REPORT
 from graincal.campaign.store import holds_campaign
 from graincal.cli.progress import Progress
+from graincal.data import InputError
 from graincal.inference import Stop
 
 
@@ -36,6 +37,8 @@ def run(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result],
             typer.echo(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
         raise
     show(result, folder, console)
+    if result.failed.all():
+        raise InputError(f"{folder}: every evaluation failed, so nothing was calibrated; mend what the reasons name and begin again in a new folder.")
     return result
 
 

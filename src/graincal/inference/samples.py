@@ -11,6 +11,9 @@ from scipy.stats import qmc
 from graincal.data import InputError, ParameterSpace
 
 
+MOST_SAMPLES = 1_000_000
+
+
 def number_of_samples(parameters: int, alpha: float = 10) -> int:
     """The samples of each iteration, N = alpha n ln n rounded to the nearest integer, and at least 2 alpha.
 
@@ -24,6 +27,8 @@ def number_of_samples(parameters: int, alpha: float = 10) -> int:
     if not (math.isfinite(alpha) and alpha > 0):
         raise InputError(f"filter.alpha must be a positive number, not {alpha}.")
     count = round(alpha * max(2.0, parameters * math.log(parameters)))
+    if count > MOST_SAMPLES:
+        raise InputError(f"filter.alpha = {alpha:g} asks for {count} samples an iteration, and at most {MOST_SAMPLES} can be held.")
     if count < 2:
         raise InputError(f"filter.alpha = {alpha} leaves {count} samples for {parameters} parameter(s), and at least 2 are needed.")
     return count
