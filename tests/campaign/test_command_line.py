@@ -266,3 +266,15 @@ def test_a_calibration_in_which_everything_fails_ends_with_a_sentence(call, tmp_
     file = write_calibration(tmp_path, ("strength  = { range = [0, 1] }", "strength  = { range = [2, 3] }"))
     called = call("calibrate", file, "-o", tmp_path / "campaign", "--quiet")
     assert called.code == 1 and "every evaluation failed" in called.err and "new folder" in called.err
+
+
+def test_a_report_overwrites_no_other_file(call, campaign, tmp_path):
+    (tmp_path / "lab.csv").write_text("measured")
+    called = call("report", campaign, "-o", tmp_path / "lab.csv")
+    assert called.code == 1 and "not overwritten" in called.err and (tmp_path / "lab.csv").read_text() == "measured"
+
+
+def test_an_observable_that_the_test_does_not_return_is_refused_before_anything_runs():
+    porosity = gc.Reference([0.0, 0.01], {"porosity": [0.4, 0.4]})
+    with pytest.raises(gc.InputError, match="the reference needs porosity too"):
+        gc.calibrate(gc.TriaxialTest(gc.Packing.read(PACKING), 1e5), porosity, gc.ParameterSpace.paper())

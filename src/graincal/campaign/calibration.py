@@ -74,6 +74,9 @@ class Calibration:
         control = experiment.reference.control_name
         if isinstance(experiment.model, TriaxialTest) and control != "axial_strain":
             raise InputError(f'experiment "{experiment.name}": a triaxial test is driven by axial_strain, and its reference\'s control is {control}.')
+        returned = getattr(experiment.model, "returned", None)
+        if returned is not None and (missing := set(experiment.reference.names) - set(returned)):
+            raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too.')
         # A model that is given no samples says what is wrong with everything else.
         nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, self.space.size)), self.space.names)
         try:

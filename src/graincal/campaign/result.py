@@ -61,6 +61,11 @@ class Result:
         store = Store.open(Path(folder))
         return cls(store, store.calibration)
 
+    def __repr__(self) -> str:
+        state = f"stopped by {self.stopped_by}" if self.stopped_by else "not at its end"
+        best = f", best error {self.best.error:.2f} %" if self.best else ""
+        return f"Result({self.evaluations} evaluations in {len(self.iterations)} iterations, {self.failures} failed{best}, {state})"
+
     @property
     def space(self) -> ParameterSpace:
         """The unknowns and their ranges."""

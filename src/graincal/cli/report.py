@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from graincal.cli.options import Folder
+from graincal.data import InputError
 
 
 def report(
@@ -22,6 +23,8 @@ def report(
     from graincal.report import write_figures, write_report
     from graincal.report.write import PREDICTED
 
+    if output and output.exists():
+        raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.")
     result = Result.read(folder)
     predict = PREDICTED if prediction else None
     # Figures first: a format that cannot be written is said before anything is.

@@ -18,7 +18,7 @@ LARGEST_OVERLAP = 0.01
 _CELL = re.compile(r"cell lengths:\s*(\S+)\s+(\S+)\s+(\S+)")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Packing:
     """Spheres in a periodic cell: `positions` (N, 3) and `radii` (N,) in metres, `edges` (3, 3) whose columns are the cell's edge vectors.
 
@@ -53,6 +53,9 @@ class Packing:
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         self._check_overlaps()
+
+    def __repr__(self) -> str:
+        return f"Packing({self.count} particles, void ratio {self.void_ratio:.3f}, {self.name})"
 
     def _check_overlaps(self) -> None:
         # Coincident centres have no direction between them, and no simulation survives that.

@@ -23,6 +23,12 @@ PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 DENSITY = 2650.0
 """Density of quartz grains, kg/m^3, before scaling."""
 
+RETURNED = (
+    "axial_strain", "volumetric_strain", "stress_ratio", "void_ratio", "mean_stress", "deviatoric_stress", "coordination_number", "contacts",
+    "a_c", "a_n", "a_t", "unbalanced_force", "steps", "flagged",
+)  # fmt: skip
+"""The columns of a response: strains logarithmic and stresses in Pa, compression positive; Z, a_c, a_n, a_t by Eq. 8-11 of the paper."""
+
 _BOUNDS = {"log_E": (-np.inf, 300.0), "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
 """Where the contact law means something; phi below its upper bound."""
 
@@ -65,6 +71,11 @@ class TriaxialTest:
             if not isinstance(value, Real) or _outside(name, value):
                 raise InputError(f"fixed.{name} must be a number {_words(name)}, not {value!r}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
+
+    @property
+    def returned(self) -> tuple[str, ...]:
+        """The names of what a response holds."""
+        return RETURNED
 
     def arrange(self, samples: Samples) -> NDArray[np.float64]:
         """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
@@ -129,22 +140,15 @@ class TriaxialTest:
 
     def _curve(self, c: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
         lateral = 0.5 * (c["stress_xx"] + c["stress_yy"])
-        return {
+        derived = {
             "axial_strain": c["strain_z"],
             "volumetric_strain": c["strain_x"] + c["strain_y"] + c["strain_z"],
             "stress_ratio": c["stress_zz"] / lateral,
             "void_ratio": c["volume"] / self.packing.solid_volume - 1,
             "mean_stress": (c["stress_xx"] + c["stress_yy"] + c["stress_zz"]) / 3,
             "deviatoric_stress": c["stress_zz"] - lateral,
-            "coordination_number": c["coordination_number"],
-            "contacts": c["contacts"],
-            "a_c": c["a_c"],
-            "a_n": c["a_n"],
-            "a_t": c["a_t"],
-            "unbalanced_force": c["unbalanced_force"],
-            "steps": c["steps"],
-            "flagged": c["flagged"],
         }
+        return {name: derived[name] if name in derived else c[name] for name in RETURNED}
 
 
 def _law(theta: NDArray[np.float64]) -> _native.LinearLaw:
