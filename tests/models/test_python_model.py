@@ -35,16 +35,17 @@ def test_a_closure_is_evaluated_on_the_reference_s_control():
 
 
 def test_results_come_in_order_of_completion():
-    second_is_done = threading.Event()
+    second_has_come = threading.Event()
 
     def waits(theta):
         if theta[0] == 0:
-            second_is_done.wait(10)
-        else:
-            second_is_done.set()
+            second_has_come.wait(10)
         return {"y": AT}
 
-    rows = [row for row, _ in PythonModel(waits).evaluate(samples(0.0, 1.0), at=AT, workers=2)]
+    rows = []
+    for row, _ in PythonModel(waits).evaluate(samples(0.0, 1.0), at=AT, workers=2):
+        rows.append(row)
+        second_has_come.set()
     assert rows == [1, 0]
 
 
