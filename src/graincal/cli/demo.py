@@ -51,6 +51,7 @@ def demo(
     result = run(folder, calibration.stop, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
     console.print()
     console.print(_truth_beside(result, example.TRUTH))
+    console.print("± is the spread of the last iteration's samples, not a confidence interval: a curve is fitted by more than one set of parameters.")
     console.print(f"Report: {result.report(folder / REPORT)}")
 
 
