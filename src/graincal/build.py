@@ -18,7 +18,8 @@ def commit() -> str:
             command = ["git", "-C", str(_CHECKOUT), "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]
             return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
         except (OSError, subprocess.SubprocessError):
-            pass
+            # No git at hand: the commit that was built is the best that is known.
+            return _native.commit
     return _native.commit
 
 
