@@ -5,6 +5,7 @@ import pytest
 
 from graincal import InputError, TriaxialTest
 from graincal.campaign.config import read_calibration
+from graincal.cli.comparison import read_comparison
 
 from .hyperbola import STRAIN, write_calibration
 
@@ -111,3 +112,25 @@ def test_mistakes_about_a_triaxial_test(tmp_path, old, new, said):
 def test_what_is_no_file_is_said(tmp_path):
     with pytest.raises(InputError, match=r"a calibration file was expected here \(No such file or directory\)"):
         read_calibration(tmp_path / "none.toml")
+
+
+def test_a_simulation_is_compared_with_the_reference_at_its_confining_pressure(tmp_path):
+    # The file's column is q, made a stress ratio with the model's pressure; two experiments differ by that alone.
+    path = write_triaxial(tmp_path, ('"reference.csv"', '{ file = "q.csv", columns = { deviator_stress = "q" }, units = { deviator_stress = "kPa" } }'), (SHARES, "{ stress_ratio = {} }"))
+    (tmp_path / "q.csv").write_text("axial_strain,q\n0,0\n0.1,100\n")
+    first = path.read_text().split("[[experiment]]")[1].split("[filter]")[0]
+    second = first.replace('"drained"', '"denser"').replace("2e5", "1e5")
+    path.write_text(path.read_text().replace("[filter]", f"[[experiment]]{second}[filter]"))
+    assert [read_comparison(path, pressure).observables["stress_ratio"][-1] for pressure in (1e5, 2e5)] == [2.0, 1.5]
+    with pytest.raises(InputError, match='one experiment at the confining pressure of 300000 Pa was expected, and there are "drained" at 200000 Pa, "denser" at 100000 Pa'):
+        read_comparison(path, 3e5)
+    path.write_text(path.read_text().replace("2e5", "1e5"))
+    with pytest.raises(InputError, match="one experiment at the confining pressure of 100000 Pa was expected"):
+        read_comparison(path, 1e5)
+
+
+def test_a_reference_that_a_triaxial_test_does_not_return_is_no_comparison(tmp_path):
+    (tmp_path / "lab.csv").write_text("axial_strain,porosity\n0,0.4\n0.1,0.4\n")
+    path = write_calibration(tmp_path, ('"reference.csv"', '"lab.csv"'), (SHARES, "{ porosity = {} }"))
+    with pytest.raises(InputError, match="a triaxial test returns axial_strain, .* and the reference holds porosity"):
+        read_comparison(path, 1e5)

@@ -148,6 +148,9 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
         '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\nobservables = { stress_ratio = {}, volumetric_strain = {} }\n'
         f"model = {model}\n[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
     )
+    assert "together 0.00 %" in call(*given, *truth, "--at", file, "-o", tmp_path / "again.csv").err
+    other = call(*given[:-1], "2e5", *truth, "--at", file)
+    assert other.code == 1 and other.err == f'{file}: one experiment at the confining pressure of 200000 Pa was expected, and there is "tiny" at 500000 Pa.\n'
     checked = call("check", file)
     assert checked.code == 0 and "500 particles" in checked.out and "Expect 6 evaluations an iteration" in checked.out
     assert call("calibrate", file, "-o", tmp_path / "campaign").code == 0
@@ -173,6 +176,11 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
             "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --axial-strain 20",
             "--axial-strain and --increment must be fractions with 0 < increment <= strain < 1, not 20 and 0.004.",
         ),
+        (
+            "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.csv --increment 0.004",
+            "--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.",
+        ),
+        ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.toml", "y.toml: a calibration file was expected here (No such file or directory)."),
     ],
 )
 def test_a_mistake_is_one_sentence_and_the_code_1(call, tmp_path, monkeypatch, arguments, said):

@@ -137,11 +137,12 @@ class ExperimentEntry(Section):
     def build(self, folder: Path) -> Experiment:
         """The experiment that is described, with its reference and packing read."""
         try:
-            return Experiment(self.name, self.model.build(folder), self._read_reference(folder))
+            return Experiment(self.name, self.model.build(folder), self.read_reference(folder))
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
 
-    def _read_reference(self, folder: Path) -> Reference:
+    def read_reference(self, folder: Path) -> Reference:
+        """The reference that is described."""
         options = self.reference.given("file")
         if isinstance(self.model, TriaxialModel):
             options.setdefault("confining_pressure", self.model.confining_pressure)
@@ -187,6 +188,28 @@ def read_calibration(path: str | Path) -> Calibration:
     Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected.
     """
     path = Path(path)
+    file, source = _read(path)
+    try:
+        return _build(file, path.parent, source).check()
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def read_references(path: str | Path) -> list[tuple[ExperimentEntry, Reference]]:
+    """The experiments of a calibration file, each with its reference, read as a calibration would; no packing is read or prepared for that."""
+    path = Path(path)
+    file, _ = _read(path)
+    found = []
+    for entry in file.experiment:
+        try:
+            found.append((entry, entry.read_reference(path.parent)))
+        except InputError as error:
+            raise InputError(f'{path}: experiment "{entry.name}": {error}') from error
+    return found
+
+
+def _read(path: Path) -> tuple[CalibrationFile, str]:
+    """What a file says, and its text."""
     try:
         source = path.read_text(encoding="utf-8-sig")
         content = tomllib.loads(source)
@@ -197,13 +220,9 @@ def read_calibration(path: str | Path) -> Calibration:
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: this is not TOML, {error}.") from None
     try:
-        file = CalibrationFile.model_validate(content)
+        return CalibrationFile.model_validate(content), source
     except ValidationError as error:
         raise InputError("\n".join(f"{path}: {sentence}" for sentence in sentences(error, content))) from None
-    try:
-        return _build(file, path.parent, source).check()
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:

@@ -24,9 +24,9 @@ def triaxial(
     packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")],
     confining_pressure: Annotated[float, typer.Option(help="In Pa.")],
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")],
-    axial_strain: Annotated[float, typer.Option(help="The last axial strain, logarithmic, as a fraction.")] = 0.20,
-    increment: Annotated[float, typer.Option(help="The axial strain between recorded states.")] = 0.004,
-    at: Annotated[Path | None, typer.Option(help="Record at the axial strains of this reference instead, and say how far from it the curve is.", metavar="FILE")] = None,
+    axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction.", show_default="0.2")] = None,
+    increment: Annotated[float | None, typer.Option(help="The axial strain between recorded states.", show_default="0.004")] = None,
+    at: Annotated[Path | None, typer.Option(help="Record at the axial strains of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
     density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = 1e3,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
@@ -35,12 +35,15 @@ def triaxial(
     """A drained triaxial test of a packing by graincal's own engine."""
     import numpy as np
 
-    from graincal import Packing, Reference, TriaxialTest
+    from graincal import Packing, TriaxialTest
+    from graincal.cli.comparison import read_comparison
     from graincal.data import Failure, Samples
 
     theta = _parse(parameters)
-    reference = Reference.read(at, confining_pressure=confining_pressure) if at else None
-    strains = reference.control if reference else _strains(axial_strain, increment)
+    if at and (axial_strain is not None or increment is not None):
+        raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
+    reference = read_comparison(at, confining_pressure) if at else None
+    strains = reference.control if reference else _strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
     # A state that is not at rest is a warning here, for a person looks at the curve.
     test = TriaxialTest(Packing.read(packing), confining_pressure, density_scaling, largest_flagged_share=1.0)
     samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))

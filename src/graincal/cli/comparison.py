@@ -1,0 +1,34 @@
+"""The reference that a simulated triaxial test is compared with: that of a calibration file, or a laboratory file as it stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from graincal.campaign.config import TriaxialModel, read_references
+from graincal.data import InputError, Reference
+from graincal.models.triaxial import RETURNED
+
+
+def read_comparison(path: Path, confining_pressure: float) -> Reference:
+    """The reference of a calibration file (.toml), of several the one at this confining pressure (Pa); or a laboratory file's.
+
+    Raises InputError where none or several fit, or where a triaxial test does not return what the reference holds.
+    """
+    reference = _of_calibration(path, confining_pressure) if path.suffix == ".toml" else Reference.read(path, confining_pressure=confining_pressure)
+    if reference.control_name != "axial_strain":
+        raise InputError(f"{path}: the reference's control is {reference.control_name}, and a triaxial test is compared over axial_strain.")
+    if missing := [name for name in reference.names if name not in RETURNED]:
+        raise InputError(f"{path}: a triaxial test returns {', '.join(RETURNED)}, and the reference holds {missing[0]}.")
+    return reference
+
+
+def _of_calibration(path: Path, confining_pressure: float) -> Reference:
+    found = read_references(path)
+    pressures = [entry.model.confining_pressure if isinstance(entry.model, TriaxialModel) else None for entry, _ in found]
+    fitting = [reference for pressure, (_, reference) in zip(pressures, found) if pressure is None or np.isclose(pressure, confining_pressure)]
+    if len(fitting) == 1:
+        return fitting[0]
+    there = ", ".join(f'"{entry.name}"' + (f" at {pressure:g} Pa" if pressure else "") for pressure, (entry, _) in zip(pressures, found))
+    raise InputError(f"{path}: one experiment at the confining pressure of {confining_pressure:g} Pa was expected, and there {'are' if len(found) > 1 else 'is'} {there}.")
