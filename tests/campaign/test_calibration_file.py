@@ -1,13 +1,16 @@
 """calibration.toml: what it says is what is calibrated, and each mistake in it is one sentence with file, key and expectation."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from graincal import InputError, TriaxialTest
+from graincal import Experiment, InputError, Packing, ParameterSpace, TriaxialTest, demo
+from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
 from graincal.cli.comparison import read_comparison
 
-from .hyperbola import STRAIN, write_calibration
+from .hyperbola import STRAIN, reference, write_calibration
 
 ENTRY = 'model       = { kind = "python", function = "soil:respond" }'
 SHARES = "{ stress_ratio = { variance_share = 0.5 }, volumetric_strain = { variance_share = 0.5 } }"
@@ -99,6 +102,10 @@ def test_several_mistakes_are_said_together(tmp_path):
         ('packing = "cubic.csv"', 'packing = "cubic.csv", seed = 1', 'experiment "drained": model has both packing and seed, and one of them was expected'),
         ('packing = "cubic.csv"', "particles = 500", 'experiment "drained": model needs either packing, the name of a file, or particles and void_ratio'),
         ("confining_pressure = 2e5", "confining_pressure = -1", 'experiment "drained": model.confining_pressure must be a number above 0, in Pa, not -1.'),
+        ("range = [10, 40]", "range = [10, 120]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [10, 120]."),
+        ("range = [10, 40]", "range = [-1, 40]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [-1, 40]."),
+        ("range = [7, 9]", "range = [1e7, 1e11]", "parameters.log_E.range must hold numbers up to 20, the log10 of the modulus in Pa, not [1e+07, 1e+11]; for a modulus of 1e+07 to 1e+11 Pa write [7, 11]."),
+        ("range = [7, 9]", "range = [-5, 21]", "parameters.log_E.range must hold numbers up to 20, the log10 of the modulus in Pa, not [-5, 21]."),
         ('"drained"', '"drained"\ncontrol = "volumetric_strain"', "volumetric_strain is the control"),
     ],
 )
@@ -107,6 +114,21 @@ def test_mistakes_about_a_triaxial_test(tmp_path, old, new, said):
     with pytest.raises(InputError) as error:
         read_calibration(path)
     assert str(error.value).startswith(f"{path}: ") and said in str(error.value) and "\n" not in str(error.value)
+
+
+def test_no_other_contact_parameter_is_below_zero():
+    triaxial = TriaxialTest(Packing.read(Path(demo.__file__).with_name("packing_500.csv")), 1e5)
+    for name in ("nu", "beta_m", "eta_m"):
+        ranges = {"log_E": (7, 11), "nu": (0, 0.5), "phi": (0, 60), "beta_m": (0, 1), "eta_m": (0, 1)} | {name: (-1, 1)}
+        with pytest.raises(InputError, match=f"parameters.{name}.range must hold numbers at least 0, .* not \\[-1, 1\\]"):
+            Calibration(ParameterSpace(ranges), [Experiment("x", triaxial, reference())]).check()
+
+
+def test_a_single_state_is_no_curve(tmp_path):
+    path = write_calibration(tmp_path)
+    (tmp_path / "reference.csv").write_text("axial_strain,stress_ratio,volumetric_strain\n0.1,2,0\n")
+    with pytest.raises(InputError, match='experiment "drained": its reference holds a single state, and a curve of at least two was expected'):
+        read_calibration(path)
 
 
 def test_what_is_no_file_is_said(tmp_path):

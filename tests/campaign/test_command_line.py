@@ -121,6 +121,23 @@ def test_check_reads_draws_and_estimates(call, tmp_path):
         assert said in called.out
 
 
+def test_check_and_calibrate_note_what_is_seldom_meant(call, tmp_path):
+    file = write_calibration(tmp_path, ("workers = 1", "workers = 4096"), TWO_ITERATIONS)
+    assert "4096 workers are more than the" in call("check", file).out
+    assert "Note:" not in call("calibrate", file, "-o", tmp_path / "one", "--workers", "1").out
+
+    # The soil contracts first. With its signs turned, a sample dilates from the beginning.
+    rows = [line.split(",") for line in (tmp_path / "reference.csv").read_text().splitlines()]
+    turned = [rows[0], *([strain, ratio, str(-float(volume))] for strain, ratio, volume in rows[1:])]
+    (tmp_path / "reference.csv").write_text("\n".join(map(",".join, turned)))
+    for called in (call("check", file), call("calibrate", file, "-o", tmp_path / "two", "--workers", "1")):
+        assert called.code == 0
+        assert 'Note: Experiment "drained": the first states dilate, and a drained sample normally contracts first' in " ".join(called.out.split())
+    assert "the first states dilate" in (tmp_path / "two" / "log.txt").read_text()
+    file.write_text(file.read_text().replace('"reference.csv"', '{ file = "reference.csv", compression = { volumetric_strain = "negative" } }'))
+    assert "dilate" not in call("check", file).out
+
+
 def test_init_proposes_a_file_and_overwrites_nothing(call, tmp_path):
     write_calibration(tmp_path)
     proposed = tmp_path / "proposed.toml"

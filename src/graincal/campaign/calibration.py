@@ -15,6 +15,7 @@ from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
 from graincal.inference import METHODS, IterativeBayesianFilter, Stop
 from graincal.models import TriaxialTest
+from graincal.models.triaxial import check_ranges
 
 FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
 
@@ -55,6 +56,9 @@ class Calibration:
             raise InputError(f"filter.{min(unknown)} is not an option of the filter; expected one of {', '.join(FILTER_OPTIONS)}.")
         if self.workers != "all" and (not isinstance(self.workers, int) or self.workers < 1):
             raise InputError(f'workers must be a whole number above 0 or "all", not {self.workers!r}.')
+        for experiment in self.experiments:
+            if len(experiment.reference.control) < 2:
+                raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')
         self.new_filter()
         for experiment in self.experiments:
             self._check_model(experiment)
@@ -72,8 +76,10 @@ class Calibration:
 
     def _check_model(self, experiment: Experiment) -> None:
         control = experiment.reference.control_name
-        if isinstance(experiment.model, TriaxialTest) and control != "axial_strain":
-            raise InputError(f'experiment "{experiment.name}": a triaxial test is driven by axial_strain, and its reference\'s control is {control}.')
+        if isinstance(experiment.model, TriaxialTest):
+            if control != "axial_strain":
+                raise InputError(f'experiment "{experiment.name}": a triaxial test is driven by axial_strain, and its reference\'s control is {control}.')
+            check_ranges(self.space)
         returned = getattr(experiment.model, "returned", None)
         if returned is not None and (missing := set(experiment.reference.names) - set(returned)):
             raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too.')

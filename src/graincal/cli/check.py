@@ -19,6 +19,7 @@ def check(
 
     One short evaluation in the middle of the ranges is run for that.
     """
+    from graincal.campaign.doubts import doubts
     from graincal.cli.running import read
     from graincal.inference import sample_size_advice
 
@@ -28,6 +29,8 @@ def check(
         typer.echo(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
     for experiment in calibration.experiments:
         typer.echo("\n".join(_describe(experiment)))
+    for doubt in doubts(calibration):
+        typer.echo(f"Note: {doubt}")
     if advice := sample_size_advice(space, calibration.new_filter().alpha):
         typer.echo(advice)
     if plot is not None:

@@ -20,6 +20,13 @@ def repeated(control: ArrayLike) -> NDArray[np.bool_]:
     return np.concatenate([[False], control[1:] == np.maximum.accumulate(control)[:-1]])
 
 
+def first_movement(values: ArrayLike) -> float:
+    """How far the first of the values (T,) that differs from their beginning by a hundredth of their whole range lies from it; 0 without any."""
+    away = np.asarray(values, dtype=np.float64) - values[0]
+    moved = np.flatnonzero(np.abs(away) > 0.01 * np.ptp(away))
+    return float(away[moved[0]]) if moved.size else 0.0
+
+
 def runs(chosen: ArrayLike) -> list[tuple[int, int]]:
     """The first and last index of each run of chosen rows (T,) of booleans."""
     padded = np.concatenate([[False], np.asarray(chosen, dtype=bool), [False]])

@@ -9,7 +9,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.laboratory.backbone import repeated, spans, turned_back
+from graincal.laboratory.backbone import first_movement, repeated, spans, turned_back
 from graincal.laboratory.numbers import read_number
 from graincal.laboratory.quantities import DIMENSIONS, SIGNED, STRAINS, STRESS_MEASURES, guess
 from graincal.laboratory.table import Table, read_table
@@ -165,11 +165,7 @@ def _compression(quantity: str | None, values: NDArray[np.float64]) -> str | Non
     if quantity not in SIGNED or quantity == "radial_strain":
         return None
     values = values[~np.isnan(values)]
-    if quantity == "volumetric_strain":
-        moved = np.flatnonzero(np.abs(values - values[0]) > 0.01 * np.ptp(values))
-        telling = values[moved[0]] if moved.size else 0.0
-    else:
-        telling = values[np.argmax(np.abs(values))]
+    telling = first_movement(values) if quantity == "volumetric_strain" else values[np.argmax(np.abs(values))]
     return "negative" if telling < 0 else "positive"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal import _native
-from graincal.data import Failure, InputError, Response, Samples
+from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path import drained_triaxial
@@ -31,6 +31,8 @@ RETURNED = (
 
 _BOUNDS = {"log_E": (-np.inf, 300.0), "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
 """Where the contact law means something; phi below its upper bound."""
+_LARGEST_LOG_MODULUS = 20.0
+"""No solid comes near 10^12 Pa: a range that goes on beyond this is one of the modulus itself, or of its log10 in another unit."""
 
 _NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "flagged": 0, "consolidation_flagged": 0}
 
@@ -165,6 +167,19 @@ def _words(name: str) -> str:
     low, high = _BOUNDS[name]
     limits = [f"at least {low:g}"] * bool(np.isfinite(low)) + [f"below {high:g}"] * bool(np.isfinite(high))
     return " and ".join(limits)
+
+
+def check_ranges(space: ParameterSpace) -> None:
+    """Raise InputError for a range in which the contact law does not mean something throughout."""
+    for name, low, high in zip(space.names, space.low, space.high):
+        if name not in _BOUNDS:
+            continue
+        place, limits = f"parameters.{name}.range must hold numbers", f"[{low:g}, {high:g}]"
+        if name == "log_E" and high > _LARGEST_LOG_MODULUS:
+            meant = f"; for a modulus of {low:g} to {high:g} Pa write [{np.log10(low):.4g}, {np.log10(high):.4g}]" if low > 0 else ""
+            raise InputError(f"{place} up to {_LARGEST_LOG_MODULUS:g}, the log10 of the modulus in Pa, not {limits}{meant}.")
+        if _outside(name, low) or _outside(name, high):
+            raise InputError(f"{place} {_words(name)}, where the contact law means something, not {limits}.")
 
 
 def _checked_strains(at: ArrayLike) -> NDArray[np.float64]:
