@@ -117,7 +117,7 @@ def test_export_gives_every_figure(campaign, call, tmp_path):
 def test_check_reads_draws_and_estimates(call, tmp_path):
     called = call("check", write_calibration(tmp_path), "--plot", tmp_path / "references.png")
     assert called.code == 0 and (tmp_path / "references.png").stat().st_size > 1000
-    for said in ("parameter strength: 0 to 1", "11 states, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
+    for said in ("are taken as logarithmic, since the key strain does not say. With strain =", "parameter strength: 0 to 1", "11 states, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
         assert said in called.out
 
 

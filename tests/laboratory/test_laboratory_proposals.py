@@ -128,6 +128,7 @@ def test_a_look_finds_loops_pauses_and_gaps(tmp_path: Path) -> None:
         (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO - 1)), "may be q/p"),
         (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "does not say the confining pressure"),
         (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "Engineering or logarithmic strain cannot be seen"),
+        (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "without the key strain is taken as logarithmic; as engineering, 20 % would be 22.3 %."),
         (text("displacement,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "axial_strain: no column looks like it"),
         (text("axial_strain,stress_ratio,time", *rows(AXIAL_STRAIN, STRESS_RATIO, STRESS_RATIO)), "Left out: 'time'."),
     ],

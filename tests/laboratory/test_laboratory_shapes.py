@@ -29,7 +29,7 @@ def test_every_shape_gives_the_same_reference(shape: Shape, tmp_path: Path) -> N
 
 def notes_of(name: str, folder: Path) -> str:
     shape = next(shape for shape in SHAPES if shape.name == name)
-    return " ".join(read_reference(written(shape, folder), **shape.options).notes)
+    return " ".join(read_reference(written(shape, folder), **{"strain": "logarithmic", **shape.options}).notes)
 
 
 def test_notes_count_and_name_what_was_dropped(tmp_path: Path) -> None:
@@ -47,6 +47,18 @@ def test_notes_name_conversions(tmp_path: Path) -> None:
     assert "axial_strain was engineering strain and is made logarithmic." in said
     assert "deviator_stress had compression negative and is turned." in said
     assert "stress_ratio is made of deviator_stress, column 'deviator_stress [kPa]' at a confining pressure of 200000 Pa." in said
+
+
+def test_a_note_says_what_is_taken_as_logarithmic_and_what_engineering_would_change(tmp_path: Path) -> None:
+    path = written(SHAPES[0], tmp_path)
+    # The largest strains of the invented test; -ln(1 - 0.2) = 0.2231 and ln(1.05627) = 0.05474.
+    assert read_reference(path).notes == (
+        "axial_strain and volumetric_strain are taken as logarithmic, since the key strain does not say. "
+        'With strain = "engineering", axial_strain 0.2 would be 0.2231 and volumetric_strain -0.05627 would be -0.05474.',
+    )
+    (note,) = read_reference(path, strain={"volumetric_strain": "logarithmic"}).notes
+    assert note.startswith("axial_strain is taken as logarithmic, since the key strain does not say.")
+    assert read_reference(path, strain="logarithmic").notes == ()
 
 
 def test_a_gap_in_a_column_that_is_not_read_costs_nothing(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ class ReferenceFile(Section):
     file: str = Field(description="the name of a laboratory file")
     columns: Texts = Field({}, description='a table of quantities and headers, such as { axial_strain = "Ea(%)" }')
     units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
-    strain: str | Texts = Field("logarithmic", description='"logarithmic" or "engineering", or a table of quantities and these')
+    strain: str | Texts | None = Field(None, description='"logarithmic" or "engineering", or a table of quantities and these')
     compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')
     unloading: Literal["drop"] | None = Field(None, description='"drop"')
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")

@@ -20,11 +20,12 @@ LARGEST_FRACTION = 0.5
 
 @dataclass(frozen=True)
 class Conventions:
-    """What is said of the columns, each by the name of its quantity; a single word for `strain` and `compression` speaks for all it applies to."""
+    """What is said of the columns, each by the name of its quantity; a single word for `strain` and `compression` speaks for all it applies to.
+    A strain of which nothing is said is taken as logarithmic."""
 
     columns: Mapping[str, str]
     units: Mapping[str, str]
-    strain: str | Mapping[str, str]
+    strain: str | Mapping[str, str] | None
     compression: str | Mapping[str, str]
 
     def check_words(self, path: str, selectable: Collection[str]) -> None:
@@ -32,7 +33,7 @@ class Conventions:
         for key, option, words in (
             ("columns", self.columns, ()),
             ("units", self.units, ()),
-            ("strain", self.strain, ("logarithmic", "engineering")),
+            ("strain", self.strain if self.strain is not None else {}, ("logarithmic", "engineering")),
             ("compression", self.compression, ("positive", "negative")),
         ):
             if not isinstance(option, Mapping):
@@ -53,11 +54,15 @@ class Conventions:
         self._check_names(path, "compression", self.compression, quantities)
 
     @staticmethod
-    def _check_names(path: str, key: str, option: str | Mapping[str, str], names: Collection[str]) -> None:
+    def _check_names(path: str, key: str, option: str | Mapping[str, str] | None, names: Collection[str]) -> None:
         for name in option if isinstance(option, Mapping) else ():
             if name not in names:
                 expected = ", ".join(names) or "no quantity"
                 raise InputError(f"{path}: {key} names '{name}', which is not read here, and one of {expected} was expected.")
+
+    def leaves_measure_open(self, quantity: str) -> bool:
+        """Whether it is a strain of which nothing is said."""
+        return quantity in STRAINS and (self.strain is None or (isinstance(self.strain, Mapping) and quantity not in self.strain))
 
     def is_engineering(self, quantity: str) -> bool:
         word = self.strain.get(quantity, "logarithmic") if isinstance(self.strain, Mapping) else self.strain

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,6 +13,7 @@ from graincal.data import ParameterSpace
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
 from graincal.laboratory.quantities import STRESS_MEASURES
+from graincal.laboratory.units import UNITS
 
 _DELIMITER_WORDS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
 _UNKNOWN = "?"
@@ -59,7 +61,7 @@ def _warnings(file: LaboratoryFile) -> list[str]:
     if file.standstills:
         warnings.append(f"The axial strain stands still at {say_lines(file.standstills)}: these rows are dropped.")
     if strain is not None and file.strain_measure is None:
-        warnings.append("Engineering or logarithmic strain cannot be seen from the numbers: find out which it is.")
+        warnings.append(f"Engineering or logarithmic strain cannot be seen from the numbers: find out which it is.{_difference(strain)}")
     if strain is not None and strain.unit == "%" and not strain.unit_is_guessed and max(map(abs, strain.range)) < 0.5:
         warnings.append(f"'{strain.header}' says %, and its values look like fractions.")
     if stress is not None and stress.range[0] < 0.5:
@@ -67,6 +69,13 @@ def _warnings(file: LaboratoryFile) -> list[str]:
     if file.confining_pressure is None:
         warnings.append("The file does not say the confining pressure.")
     return warnings
+
+
+def _difference(strain: LaboratoryColumn) -> str:
+    """What the measure of strain changes, at the largest axial strain; and what leaving it open means."""
+    largest = max(map(abs, strain.range)) * UNITS[strain.unit].factor
+    taken = "A reference without the key strain is taken as logarithmic"
+    return f" {taken}; as engineering, {100 * largest:.3g} % would be {-100 * math.log1p(-largest):.3g} %." if largest < 1 else f" {taken}."
 
 
 def propose(

@@ -26,7 +26,7 @@ def read_reference(
     *,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
-    strain: str | Mapping[str, str] = "logarithmic",
+    strain: str | Mapping[str, str] | None = None,
     compression: str | Mapping[str, str] = "positive",
     unloading: str | None = None,
     confining_pressure: float | None = None,
@@ -47,7 +47,7 @@ def read_reference(
         Quantity -> unit, where the header has none or a wrong one. Without any, a strain or ratio is a fraction; a stress must have one.
     strain, compression
         "logarithmic" or "engineering"; "positive" or "negative"; one word for all strains (and stresses), or quantity -> word.
-        An engineering strain becomes -ln(1 - e), the volumetric one too.
+        An engineering strain becomes -ln(1 - e), the volumetric one too. Strains of which nothing is said are taken as logarithmic, with a note.
     unloading
         "drop" keeps, of unload-reload loops, the backbone: rows whose control exceeds every earlier one. None refuses loops.
     confining_pressure
@@ -87,7 +87,7 @@ def read_reference(
         None if None in shares.values() else shares,
         measurement_errors,
         control_name=control,
-        notes=(*_gaps(table, printed, complete), *dropped, *_conversions(sources, conventions, confining_pressure)),
+        notes=(*_gaps(table, printed, complete), *dropped, *_conversions(sources, conventions, confining_pressure), *_open_measures(plain, conventions)),
     )
 
 
@@ -192,6 +192,21 @@ def _conversions(sources: Mapping[str, Column], conventions: Conventions, confin
             at = f" at a confining pressure of {confining_pressure:g} Pa" if STRESS_MEASURES[column.quantity].needs_confining_pressure else ""
             notes.append(f"{name} is made of {column.quantity}, column '{column.header}'{at}.")
     return notes
+
+
+def _open_measures(plain: Mapping[str, NDArray[np.float64]], conventions: Conventions) -> list[str]:
+    """That a strain is taken as logarithmic because nothing is said of it, and what the other measure would make of it."""
+    opened = [quantity for quantity in plain if conventions.leaves_measure_open(quantity)]
+    if not opened:
+        return []
+    changes = []
+    for quantity in opened:
+        extreme = float(max(plain[quantity], key=abs))
+        if extreme < 1:
+            changes.append(f"{quantity} {extreme:.4g} would be {-np.log1p(-extreme):.4g}")
+    words = " and ".join(opened) + (" is" if len(opened) == 1 else " are")
+    instead = f' With strain = "engineering", {" and ".join(changes)}.' if changes else ""
+    return [f"{words} taken as logarithmic, since the key strain does not say.{instead}"]
 
 
 def _rows(chosen: NDArray[np.bool_]) -> str:
