@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -245,6 +246,58 @@ def test_a_resume_with_something_else_says_so(tmp_path):
     store.close()
     gc.resume(tmp_path, model())
     assert "instead of abacus; its figures may differ" in (tmp_path / "log.txt").read_text()
+
+
+@pytest.mark.parametrize("more", [{"max_iterations": 5}, {"max_evaluations": 100, "max_iterations": False}])
+def test_a_campaign_goes_on_by_other_limits_as_if_they_had_been_its_own(tmp_path, more):
+    whole = calibrate(stop=replace(STOP, **more), folder=tmp_path / "whole")
+    calibrate(folder=tmp_path / "continued")
+    continued = gc.resume(tmp_path / "continued", model(), **more)
+    assert_same(whole, continued)
+    assert len(whole.iterations) == 5 and whole.stopped_by == continued.stopped_by and whole.stopped_because == continued.stopped_because
+    assert Store.open(tmp_path / "whole").description == Store.open(tmp_path / "continued").description
+    # What was evaluated once is not evaluated again, and the new limits are kept: the same again changes nothing.
+    assert continued.attempts.max() == 1
+    assert_same(whole, gc.resume(tmp_path / "continued", **more))
+    assert_same(whole, gc.resume(tmp_path / "continued"))
+
+
+def test_a_criterion_that_is_switched_off_lets_the_campaign_go_on(tmp_path):
+    whole = calibrate(folder=tmp_path / "whole")
+    # The samples close in, so s falls; its value after iteration 1 ends a campaign there.
+    s = whole.iterations[1].s
+    assert calibrate(stop=replace(STOP, s=s), folder=tmp_path / "short").stopped_by == "s"
+    with pytest.raises(gc.InputError, match=r"short: it would still be at its end, by s \(the covariance coefficient .*; raise that limit, or switch it off by false"):
+        gc.resume(tmp_path / "short", model(), max_iterations=9)
+    assert gc.Result.read(tmp_path / "short").stopped_by == "s"
+    assert_same(whole, gc.resume(tmp_path / "short", model(), s=False))
+
+
+@pytest.mark.parametrize(
+    ("criteria", "said"),
+    [
+        ({"max_iterations": 2}, "it would have ended after 2 of the 3 iterations that are begun, by max_iterations"),
+        ({"error": 1e3, "max_iterations": 9}, "it would have ended after 1 of the 3 iterations that are begun, by error"),
+        ({"max_iteration": 9}, "stop.max_iteration is not a criterion of stopping; expected some of s, "),
+        ({"max_iterations": 0}, "stop.max_iterations must be a whole number above 0 or false, not 0"),
+    ],
+)
+def test_criteria_that_would_have_ended_it_before_are_refused(tmp_path, criteria, said):
+    calibrate(folder=tmp_path)
+    before = Store.open(tmp_path).description
+    with pytest.raises(gc.InputError, match=said):
+        gc.resume(tmp_path, model(), **criteria)
+    assert Store.open(tmp_path).description == before and gc.Result.read(tmp_path).stopped_by == "max_iterations"
+
+
+def test_an_end_that_no_criterion_makes_is_one(tmp_path):
+    calibrate(method="sequential-monte-carlo", folder=tmp_path / "one")
+    with pytest.raises(gc.InputError, match="at its end, by sequential-monte-carlo and max_iterations, and no criterion of stopping changes that"):
+        gc.resume(tmp_path / "one", model(), max_iterations=9)
+    never = gc.PythonModel(lambda theta: 1 / 0)
+    gc.calibrate(never, reference(), SPACE, folder=tmp_path / "all failed")
+    with pytest.raises(gc.InputError, match="at its end, by iterative-bayesian and failures"):
+        gc.resume(tmp_path / "all failed", never, max_iterations=90)
 
 
 KILLED = """

@@ -82,6 +82,31 @@ def test_quiet_is_silent(campaign, call):
     assert (called.code, called.out, called.err) == (0, "", "")
 
 
+def test_resume_goes_on_by_another_limit_and_says_what_was_edited(campaign, call, tmp_path):
+    folder = shutil.copytree(campaign, tmp_path / "campaign")
+    copy = folder / "campaign.toml"
+    copy.write_text("# a remark\n" + copy.read_text())
+    assert "was changed" not in call("resume", folder).out
+    copy.write_text(copy.read_text().replace("max_iterations = 2", "max_iterations = 4").replace("alpha = 10", "alpha = 11"))
+    edited = call("resume", folder)
+    assert edited.code == 0 and "campaign.toml was changed in filter.alpha, stop.max_iterations; what the store holds is used" in " ".join(edited.out.split())
+
+    folder = shutil.copytree(campaign, tmp_path / "unedited")
+    longer = call("resume", folder, "--max-iterations", "4", "--error", "false")
+    assert longer.code == 0 and "was changed" not in longer.out and "iteration 3 (of at most 4)" in longer.out and "limit of 4 iterations" in longer.out
+    assert (folder / "campaign.toml").read_text().startswith("# Continued with max_iterations = 4, instead of what stands below.\n")
+    assert "was changed" not in call("resume", folder).out
+    assert call("resume", folder, "--max-iterations", "four").err == "--max-iterations must be a whole number or false, not four.\n"
+    fewer = call("resume", folder, "--max-iterations", "3")
+    assert fewer.code == 1 and "it would have ended after 3 of the 4 iterations that are begun" in fewer.err
+
+    whole = write_calibration(tmp_path, ("max_iterations = 3", "max_iterations = 4"))
+    assert call("calibrate", whole, "-o", tmp_path / "whole", "--quiet").code == 0
+    expected, found = gc.Result.read(tmp_path / "whole"), gc.Result.read(folder)
+    np.testing.assert_array_equal(found.samples, expected.samples)
+    np.testing.assert_array_equal(found.iterations[3].weights, expected.iterations[3].weights)
+
+
 def test_status_is_a_contract(campaign, call):
     found = json.loads(call("status", campaign, "--json").out)
     assert list(found) == [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from collections.abc import Sequence
 from contextlib import closing, suppress
@@ -11,6 +12,7 @@ from typing import Any, Literal
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.campaign import CURVES, Campaign
+from graincal.campaign.continuing import changed_criteria, changed_keys, refuse_another_past, with_criteria
 from graincal.campaign.doubts import doubts
 from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.listener import Listener
@@ -86,24 +88,39 @@ def resume(
     *,
     workers: int | Literal["all"] | None = None,
     listeners: Sequence[Listener] = (),
+    **criteria: Any,
 ) -> Result:
     """Go on with the campaign of a folder, to the result that it would have had if nothing had stopped it.
 
     model: needed where a function was handed over in Python; the models in the order of the experiments if there are several.
-    workers: those of the beginning by default.
-    Raises InputError where the folder holds no campaign, or one that another process is running.
+    workers: those of the beginning by default. criteria: fields of `Stop` that replace those of the beginning, such as max_iterations=40 or s=False.
+    A campaign that is at its end then goes on, bit for bit to what it would have given by these criteria from the start; they are kept.
+    Raises InputError where the folder holds no campaign, or one that another process is running; and for criteria by which it would have ended
+    before it did, or would not go on.
     """
     folder = Path(folder)
     store = Store.open(folder)
-    calibration = store.calibration
+    calibration = with_criteria(store.calibration, criteria)
     if model is not None:
         calibration = replace(calibration, experiments=_with_models(calibration.experiments, model))
     if workers is not None:
         calibration = replace(calibration, workers=workers)
-    if store.meta("stopped_by"):
+    changes = changed_criteria(store.calibration.stop, calibration.stop)
+    if edited := changed_keys(folder / CALIBRATION_FILE, store):
+        for listener in listeners:
+            listener.remark(f"{folder / CALIBRATION_FILE} was changed in {edited}; what the store holds is used, and resume's options change when it stops.")
+    if store.meta("stopped_by") and not changes:
         return Result(store, calibration)
     calibration.check()
     with closing(Log(folder)) as log:
+        if changes:
+            refuse_another_past(store, calibration)
+            said = ", ".join(f"{name} = {json.dumps(value)}" for name, value in changes.items())
+            store.go_on(calibration.stop, f"Continued with {said}, instead of what stands below.")
+            calibration = replace(calibration, source=store.meta("source"))
+            log.write(f"Goes on with {said}.")
+            if not edited:
+                _discard_source(folder / CALIBRATION_FILE)
         return _run(calibration, store, log, listeners)
 
 
@@ -144,6 +161,14 @@ def _keep_source(path: Path, source: str) -> None:
     try:
         if source and not path.exists():
             path.write_text(source, encoding="utf-8")
+    except OSError as error:
+        raise FolderError.of(path, error) from error
+
+
+def _discard_source(path: Path) -> None:
+    """Make way for a newer copy."""
+    try:
+        path.unlink(missing_ok=True)
     except OSError as error:
         raise FolderError.of(path, error) from error
 

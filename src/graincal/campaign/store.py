@@ -9,6 +9,7 @@ import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import asdict
 from datetime import datetime, timezone
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +24,7 @@ from graincal.campaign.description import describe, restore
 from graincal.campaign.provenance import provenance
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
-from graincal.inference import Iteration
+from graincal.inference import Iteration, Stop
 
 NAME = "campaign.db"
 VERSION = 1
@@ -220,6 +221,17 @@ class Store:
         """Keep why the calibration is at its end."""
         with self._transaction() as db:
             db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", [("stopped_by", by), ("stopped_because", because)])
+
+    def go_on(self, stop: Stop, remark: str) -> None:
+        """Keep other criteria of stopping, and that the campaign is not at its end. A remark says so at the head of the calibration file's text."""
+        meta = {"description": _as_json(self.description | {"stop": asdict(stop)})}
+        if source := self.meta("source"):
+            meta["source"] = f"# {remark}\n{source}"
+        with self._transaction() as db:
+            db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta.items())
+            db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
+        for known in ("description", "calibration"):
+            self.__dict__.pop(known, None)
 
     def _iteration(self, index: int, s: float, size: float, gl_error: float, unweighted: str, *blobs: bytes) -> Iteration:
         weights, errors, observable_errors = map(unpack_array, blobs)

@@ -2,18 +2,51 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from graincal.cli.options import Folder, Quiet, Workers
+from graincal.data import InputError
+
+Criterion = typer.Option(help="Instead of the beginning's: a number, or false for none.", metavar="N|false", rich_help_panel="Criteria of stopping")
 
 
-def resume(folder: Folder, workers: Workers = None, quiet: Quiet = False) -> None:
-    """Go on with a campaign that was stopped, to the result that it would have had if it had not been."""
+def resume(
+    folder: Folder,
+    max_iterations: Annotated[str | None, Criterion] = None,
+    max_evaluations: Annotated[str | None, Criterion] = None,
+    s: Annotated[str | None, Criterion] = None,
+    gl_error_increment: Annotated[str | None, Criterion] = None,
+    error: Annotated[str | None, Criterion] = None,
+    error_increment: Annotated[str | None, Criterion] = None,
+    workers: Workers = None,
+    quiet: Quiet = False,
+) -> None:
+    """Go on with a campaign that was interrupted, to the result that it would have had if it had not been.
+
+    With other criteria of stopping, one that is at its end goes on too, to what it would have given by them from the start.
+    """
     from graincal import campaign
+    from graincal.campaign.continuing import with_criteria
     from graincal.campaign.store import Store
     from graincal.cli.options import number_of_workers
     from graincal.cli.running import run_and_report
 
-    stop = Store.open(folder).calibration.stop
+    given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
+    given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment}
+    criteria = {name: _limit(name, text) for name, text in given.items() if text is not None}
+    stop = with_criteria(Store.open(folder).calibration, criteria).stop
     chosen = None if workers is None else number_of_workers(workers)
-    run_and_report(folder, stop, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners), quiet=quiet)
+    run_and_report(folder, stop, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, **criteria), quiet=quiet)
+
+
+def _limit(name: str, text: str) -> float | bool:
+    """What a criterion's option means; whether the number can be one is for the criterion to say."""
+    if text == "false":
+        return False
+    try:
+        return int(text) if name.startswith("max_") else float(text)
+    except ValueError:
+        kind = "a whole number" if name.startswith("max_") else "a number"
+        raise InputError(f"--{name.replace('_', '-')} must be {kind} or false, not {text}.") from None

@@ -1,0 +1,80 @@
+"""Going on with a campaign by other criteria of stopping than it was begun with, and what was changed in its folder's copy of the calibration file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.store import Store
+from graincal.data import InputError
+from graincal.inference import Stop
+
+_CRITERIA = tuple(field.name for field in fields(Stop))
+
+
+def with_criteria(calibration: Calibration, criteria: Mapping[str, Any]) -> Calibration:
+    """The calibration with some criteria of `Stop` replaced. Raises InputError for names and values that are none."""
+    if unknown := [name for name in criteria if name not in _CRITERIA]:
+        raise InputError(f"stop.{unknown[0]} is not a criterion of stopping; expected some of {', '.join(_CRITERIA)}.")
+    return replace(calibration, stop=replace(calibration.stop, **criteria))
+
+
+def changed_criteria(before: Stop, now: Stop) -> dict[str, Any]:
+    """The criteria that are others now; 0 is not the false that switches one off."""
+    return {name: value for name, value in asdict(now).items() if value != getattr(before, name) or (value is False) is not (getattr(before, name) is False)}
+
+
+def refuse_another_past(store: Store, calibration: Calibration) -> None:
+    """Raise InputError where a campaign by the calibration's criteria would have ended before the store's did, or would not go on from its end.
+
+    A filter's decision to stop follows from its complete iterations alone, so it is made again on those that are stored. Then whatever is
+    evaluated from here on is what the campaign would have evaluated by these criteria from the start.
+    """
+    ended, because = store.meta("stopped_by"), store.meta("stopped_because")
+    stop = calibration.new_filter().stop
+    if ended and (ended not in _CRITERIA or stop.max_iterations != calibration.stop.max_iterations):
+        raise InputError(f"{store.folder}: this campaign is at its end, by {calibration.method} and {ended}, and no criterion of stopping changes that: {because}")
+    iterations, begun = store.iterations(), store.last_iteration()
+    for number in range(1, len(iterations) + 1):
+        met = stop.reached(iterations[:number])
+        if met and number <= begun:
+            raise InputError(f"{store.folder}: it would have ended after {number} of the {begun + 1} iterations that are begun, by {_said(met)}.")
+        if met and ended:
+            raise InputError(f"{store.folder}: it would still be at its end, by {_said(met)}; raise that limit, or switch it off by false.")
+
+
+def changed_keys(path: Path, store: Store) -> str | None:
+    """The keys in which a campaign's copy of the calibration file says something else than the store; None for none, or where there is no copy."""
+    source = store.meta("source")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        if text == source:
+            return None
+        before, now = _flat(tomllib.loads(source)), _flat(tomllib.loads(text))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError):
+        return "a way that cannot be read"
+    # The criteria may have been changed since, by an earlier resume.
+    before |= {f"stop.{name}": value for name, value in asdict(store.calibration.stop).items()}
+    now = {f"stop.{name}": value for name, value in asdict(Stop()).items()} | now
+    return ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key))) or None
+
+
+def _flat(value: Any, key: str = "") -> dict[str, Any]:
+    """The plain values of a document, each by the keys on the way to it; elements of a list of tables are counted from 1."""
+    if isinstance(value, dict):
+        inner = {f"{key}.{name}" if key else name: each for name, each in value.items()}
+    elif isinstance(value, list) and any(isinstance(each, dict) for each in value):
+        inner = {f"{key} {number}": each for number, each in enumerate(value, 1)}
+    else:
+        return {key: value}
+    return {path: plain for name, each in inner.items() for path, plain in _flat(each, name).items()}
+
+
+def _said(met: Mapping[str, str]) -> str:
+    return "; ".join(f"{name} ({clause})" for name, clause in met.items())
