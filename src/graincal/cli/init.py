@@ -24,12 +24,15 @@ def init(
     confining_pressure: Annotated[float | None, typer.Option(min=0, help="In Pa, if you know it.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The calibration file to write; nothing is overwritten.", metavar="FILE")] = Path("calibration.toml"),
 ) -> None:
-    """Look at a laboratory file, show what is understood, and write a calibration file to edit."""
+    """Look at a laboratory file, show what is understood, and write a calibration file to edit.
+
+    Headers are known in English, German and French; an axial strain and one observable are needed at the least.
+    """
     from graincal.laboratory import describe, look, propose
 
     found = look(file)
-    typer.echo("\n".join(describe(found)))
     text = propose(found, strain=strain and strain.value, confining_pressure=confining_pressure, folder=output.parent)
+    typer.echo("\n".join(describe(found)))
     try:
         with output.open("x", encoding="utf-8") as target:
             target.write(text)

@@ -18,11 +18,11 @@ from graincal.laboratory.units import UNITS, Unit, find_unit
 STRESS_NAMES = ("stress_ratio", *STRESS_MEASURES)
 _NUMBER = r"(?P<number>\d[\d.,]*(?:[eE][+-]?\d+)?)"
 _CONFINING_PRESSURE = re.compile(
-    r"(?:(?:confining|cell|lateral|radial|chamber)\s+(?:pressure|stress)|(?:σ|sigma)[_' ]*[3c])(?:\W*[\[(](?P<before>[^\d\])]+[²2]?)[\])])?\D*?"
+    r"(?:(?:confining|cell|lateral|radial|chamber)\s+(?:pressure|stress)|zelldruck|seitendruck|pression de confinement|contrainte de confinement|(?:σ|sigma)[_' ]*[3c])(?:\W*[\[(](?P<before>[^\d\])]+[²2]?)[\])])?\D*?"
     + _NUMBER + r"[\s\[(]*(?P<after>[A-Za-z][\w/²^]*)?",
     re.IGNORECASE,
 )
-_VOID_RATIO = re.compile(r"void ratio\D{0,12}?" + _NUMBER, re.IGNORECASE)
+_VOID_RATIO = re.compile(r"(?:void ratio|porenzahl|indice des vides)\D{0,12}?" + _NUMBER, re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -66,16 +66,11 @@ class LaboratoryFile:
         return next((column for column in self.columns if column.quantity == quantity), None)
 
     @property
-    def reference(self) -> dict[str, LaboratoryColumn | None]:
-        """The columns that a reference would be read from, by quantity: axial strain, the most direct measure of stress, volumetric strain.
-
-        None where no column was recognised: the axial strain, or both observables; a single observable will do.
-        """
+    def reference(self) -> dict[str, LaboratoryColumn]:
+        """The columns that a reference would be read from, by quantity: axial strain, the most direct measure of stress, volumetric strain; less
+        what is not recognised."""
         stress = next((name for name in STRESS_NAMES if self.column(name)), "stress_ratio")
-        observables = {name: self.column(name) for name in (stress, "volumetric_strain")}
-        if any(observables.values()):
-            observables = {name: column for name, column in observables.items() if column}
-        return {"axial_strain": self.column("axial_strain"), **observables}
+        return {name: column for name in ("axial_strain", stress, "volumetric_strain") if (column := self.column(name))}
 
 
 def look(path: str | PathLike[str]) -> LaboratoryFile:

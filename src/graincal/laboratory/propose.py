@@ -9,14 +9,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from graincal.data import ParameterSpace
+from graincal.data import InputError, ParameterSpace
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
 from graincal.laboratory.quantities import STRESS_MEASURES
 from graincal.laboratory.units import UNITS
 
 _DELIMITER_WORDS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
-_UNKNOWN = "?"
 _MEANINGS = {
     "deviator_stress": "q = σ1 - σ3, with the confining pressure above",
     "axial_stress": "the effective σ1, with the confining pressure above",
@@ -33,7 +32,7 @@ def describe(file: LaboratoryFile) -> list[str]:
         f"The names of the columns stand on line {file.header_line}. Understood:",
     ]
     used = file.reference
-    lines += [f"  {quantity}: {_describe_column(column) if column else 'no column looks like it'}" for quantity, column in used.items()]
+    lines += [f"  {quantity}: {_describe_column(column)}" for quantity, column in used.items()]
     others = [column for column in file.columns if column not in used.values() and column.header]
     if others:
         names = [f"'{column.header}'" + (f" ({column.quantity})" if column.quantity else "") for column in others]
@@ -55,7 +54,7 @@ def _describe_column(column: LaboratoryColumn) -> str:
 def _warnings(file: LaboratoryFile) -> list[str]:
     """What a person has to know before trusting the columns."""
     strain, stress = file.column("axial_strain"), file.column("stress_ratio")
-    warnings = [f"Column '{column.header}', {said}." for column in file.reference.values() if column for said in column.refused[:3]]
+    warnings = [f"Column '{column.header}', {said}." for column in file.reference.values() for said in column.refused[:3]]
     if file.loops:
         warnings.append(f"The axial strain turns back at {say_lines(file.loops)}: unload-reload loops, of which the backbone is kept.")
     if file.standstills:
@@ -90,8 +89,9 @@ def propose(
 
     `strain` and `confining_pressure` (Pa) are what the user knows beyond the file; `folder` is where the calibration file will stand (default:
     beside the laboratory file); `space` the parameters (default: those of Hartmann, Cheng, Thornton, 2022).
-    Lines that rest on a guess say CHECK.
+    Lines that rest on a guess say CHECK. Raises InputError where the axial strain is not recognised among the headers, or no observable is.
     """
+    _refuse_strange(file)
     observables = ["stress_ratio" if quantity in STRESS_NAMES else quantity for quantity in file.reference if quantity != "axial_strain"]
     blocks = [
         _introduction(file),
@@ -101,6 +101,18 @@ def propose(
         '[filter]\nmethod = "iterative-bayesian"\n\n[stop]\nmax_iterations = 20\n\n[run]\nworkers = "all"\nseed    = 1',
     ]
     return "\n\n".join(blocks) + "\n"
+
+
+def _refuse_strange(file: LaboratoryFile) -> None:
+    found = file.reference
+    if "axial_strain" in found and len(found) > 1:
+        return
+    lacking = "a stress or a volumetric strain" if "axial_strain" in found else "an axial strain" if found else "an axial strain, a stress or a volumetric strain"
+    present = ", ".join(f"'{column.header}'" for column in file.columns if column.header)
+    raise InputError(
+        f"{file.path}: none of the headers {present} is known as {lacking}, and names such as 'axial_strain [%]', 'volumetric_strain [%]' and "
+        "'deviator_stress [kPa]' or 'stress_ratio' were expected."
+    )
 
 
 def _introduction(file: LaboratoryFile) -> str:
@@ -142,16 +154,12 @@ def _experiment(file: LaboratoryFile, observables: list[str], confining_pressure
 def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLike[str] | None) -> str:
     path = Path(file.path)
     name = path.name if folder is None else Path(os.path.relpath(path.absolute(), Path(folder).absolute())).as_posix()
-    columns = file.reference
-    found = {quantity: column for quantity, column in columns.items() if column}
+    found = file.reference
     guessed = [quantity for quantity, column in found.items() if column.unit_is_guessed]
     lines = ["[experiment.reference]", f"file        = {_quote(name)}"]
-    if len(found) < len(columns):
-        present = ", ".join(_quote(column.header) for column in file.columns)
-        lines.append(f"# CHECK: put the right column in place of {_quote(_UNKNOWN)}; there are {present}.")
     for measure in set(found) & set(STRESS_MEASURES):
         lines.append(f"# The stress ratio is made of the {measure.replace('_', ' ')} ({_MEANINGS[measure]}).")
-    lines.append(f"columns     = {_inline({quantity: column.header if column else _UNKNOWN for quantity, column in columns.items()})}")
+    lines.append(f"columns     = {_inline({quantity: column.header for quantity, column in found.items()})}")
     lines.append(f"# CHECK: the unit of {', '.join(guessed)} is guessed from the values." if guessed else "# As the file says:")
     lines.append(f"units       = {_inline({quantity: column.unit for quantity, column in found.items() if column.unit})}")
     if strain is None and file.strain_measure is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -38,23 +39,36 @@ STRESS_MEASURES = {
 
 _CALLED = {
     "axial_strain": "axialstrain axstrain strainaxial verticalstrain majorstrain epsa epsaxial epsilona epsilonaxial ea eaxial eps1 "
-    "epsilon1 e1 epsz epszz ezz",
-    "volumetric_strain": "volumetricstrain volstrain volumestrain strainvolumetric epsv epsvol epsilonv epsilonvol ev evol epsp",
-    "radial_strain": "radialstrain lateralstrain epsr epsilonr er erad eradial eps3 epsilon3 e3",
+    "epsilon1 e1 epsz epszz ezz "
+    "axialdehnung axialedehnung dehnung axialstauchung axialestauchung stauchung axialverformung axialeverformung vertikaldehnung vertikalstauchung "
+    "deformationaxiale deformationverticale",
+    "volumetric_strain": "volumetricstrain volstrain volumestrain strainvolumetric epsv epsvol epsilonv epsilonvol ev evol epsp "
+    "volumendehnung volumetrischedehnung volumenstauchung volumenverformung volumetrischeverformung "
+    "deformationvolumique deformationvolumetrique",
+    "radial_strain": "radialstrain lateralstrain epsr epsilonr er erad eradial eps3 epsilon3 e3 "
+    "radialdehnung radialedehnung querdehnung radialverformung deformationradiale deformationlaterale",
     "stress_ratio": "stressratio principalstressratio s1/s3 sigma1/sigma3 sigma1/3 s1overs3 sigma1oversigma3 sig1/sig3 sa/sr "
-    "sigmaa/sigmar s1/sc",
+    "sigmaa/sigmar s1/sc "
+    "spannungsverhaltnis spannungsverhaeltnis hauptspannungsverhaltnis hauptspannungsverhaeltnis rapportdecontraintes rapportdescontraintes",
     "deviator_stress": "deviatorstress deviatoricstress devstress deviator q s1-s3 sigma1-sigma3 sig1-sig3 sigmad sa-sr sigmaa-sigmar "
-    "stressdeviator",
+    "stressdeviator "
+    "deviatorspannung deviatorischespannung spannungsdeviator hauptspannungsdifferenz spannungsdifferenz "
+    "deviateur deviateurdecontrainte deviateurdecontraintes deviateurdescontraintes contraintedeviatorique",
     "axial_stress": "axialstress s1 sigma1 sig1 sigmaa sigmaaxial sa sigmaz sigmazz szz verticalstress majorprincipalstress "
-    "effectiveaxialstress",
+    "effectiveaxialstress "
+    "axialspannung axialespannung vertikalspannung hauptspannung hauptspannung1 1hauptspannung grosstehauptspannung "
+    "groesstehauptspannung contrainteaxiale contrainteprincipalemajeure",
     "deviator_to_mean_stress": "q/p eta qoverp deviatortomeanstress",
-    "void_ratio": "voidratio e",
+    "void_ratio": "voidratio e porenzahl indicedesvides",
     "confining_pressure": "confiningpressure confiningstress cellpressure sigma3 s3 sig3 sigmac sc sigmar sr radialstress lateralstress "
-    "chamberpressure",
+    "chamberpressure "
+    "zelldruck seitendruck radialspannung hauptspannung3 3hauptspannung hauptspannungsigma3 kleinstehauptspannung "
+    "pressiondeconfinement contraintedeconfinement pressioncellulaire",
 }
+"""In English, German and French; without capitals, accents, blanks and dots."""
 _QUANTITY = {synonym: quantity for quantity, synonyms in _CALLED.items() for synonym in synonyms.split()}
 _GREEK = str.maketrans({"ε": "eps", "ϵ": "eps", "σ": "sigma", "η": "eta", "₁": "1", "₃": "3", "ₐ": "a", "ᵥ": "v"})
-_TRAILING_UNIT = re.compile(r"^(?P<name>.*?[^\s,/_])(?:\s*[,/]\s*|\s+|_)(?P<unit>[^\s,_]+)$")
+_TRAILING_UNIT = re.compile(r"^(?P<name>.*?[^\s,/_])(?:\s*[,/]\s*|\s+(?:in\s+|en\s+)?|_)(?P<unit>[^\s,_]+)$")
 
 
 def guess(header: str) -> tuple[str | None, Unit | None]:
@@ -66,13 +80,21 @@ def guess(header: str) -> tuple[str | None, Unit | None]:
     unit = find_unit(text) if text is not None else None
     if text is not None and unit is None:
         bare, _ = guess(name)
-        return (bare or _QUANTITY.get(_plain(header))), None
-    if (quantity := _QUANTITY.get(_plain(name))) is None and unit is None and (found := _TRAILING_UNIT.match(header)):
+        return (bare or _known(header)), None
+    if (quantity := _known(name)) is None and unit is None and (found := _TRAILING_UNIT.match(header)):
         trailing = find_unit(found["unit"])
         if trailing is not None and trailing.symbol != "-":
-            return _QUANTITY.get(_plain(found["name"])), trailing
+            return _known(found["name"]), trailing
     return quantity, unit
 
 
+def _known(name: str) -> str | None:
+    """The quantity of a name, or of a name with its symbol behind it: `Deviator stress q`."""
+    words, _, symbol = name.rpartition(" ")
+    quantity = _QUANTITY.get(_plain(words))
+    return _QUANTITY.get(_plain(name)) or (quantity if quantity == _QUANTITY.get(_plain(symbol)) else None)
+
+
 def _plain(name: str) -> str:
-    return re.sub(r"[\s_.'′’^{}\\$()\[\]]+", "", name.lower().translate(_GREEK))
+    parted = unicodedata.normalize("NFKD", name.casefold().translate(_GREEK))
+    return re.sub(r"[\s_.'′’^{}\\$()\[\]]+", "", "".join(letter for letter in parted if not unicodedata.combining(letter)))
