@@ -8,6 +8,7 @@ import pytest
 from graincal import Experiment, InputError, Packing, ParameterSpace, TriaxialTest, demo
 from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
+from graincal.campaign.store import Store
 from graincal.cli.comparison import read_comparison
 
 from .hyperbola import STRAIN, reference, write_calibration
@@ -24,6 +25,12 @@ def test_a_file_says_all_that_is_calibrated(tmp_path):
     np.testing.assert_array_equal(experiment.reference.control, STRAIN)
     assert (calibration.method, dict(calibration.filter_options), calibration.seed, calibration.workers) == ("iterative-bayesian", {"alpha": 10}, 4, 1)
     assert calibration.stop.max_iterations == 4 and calibration.stop.s is False and calibration.stop.max_evaluations is False
+
+
+def test_a_time_out_is_kept_with_the_campaign(tmp_path):
+    calibration = read_calibration(write_calibration(tmp_path, ('"soil:respond"', '"soil:respond", timeout = 90')))
+    assert calibration.experiments[0].model.timeout == 90
+    assert Store.create(calibration).calibration.experiments[0].model.timeout == 90
 
 
 def test_sections_that_are_left_out_have_the_paper_s_defaults(tmp_path):
@@ -66,6 +73,7 @@ def write_triaxial(folder, *replacements):
         ('name        = "drained"', "", "experiment 1: name is missing, and text was expected."),
         (ENTRY, "", 'experiment "drained": model is missing, and a table with kind = "triaxial" or "python" was expected.'),
         ('"python"', '"lammps"', 'experiment "drained": model must be a table with kind = "triaxial" or "python", not {"kind": "lammps", "function": "soil:respond"}.'),
+        ('"soil:respond"', '"soil:respond", timeout = 0', 'experiment "drained": model.timeout must be a number of seconds above 0, not 0.'),
         ("soil:respond", "soil", 'experiment "drained": function must be named as "module:name", not "soil".'),
         ("reference.csv", "no.csv", 'experiment "drained": {folder}/no.csv: there is no such file, and a laboratory file was expected here.'),
         (SHARES, "{}", 'experiment "drained": observables must be a table such as { stress_ratio = { variance_share = 0.5 } }, not {}.'),

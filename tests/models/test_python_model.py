@@ -4,7 +4,9 @@ import os
 import re
 import textwrap
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -118,6 +120,60 @@ def test_a_named_function_runs_in_processes_and_survives_a_crash(module, tmp_pat
     found = outcomes(model, 1.0, 2.0, 3.0, 4.0)
     assert [outcome.values["y"][0] if isinstance(outcome, Response) else outcome.kind for outcome in found] == [1, "crashed", 3, 4]
     assert os.getpid() not in {outcome.values["y"][1] for outcome in found if isinstance(outcome, Response)}
+
+
+def test_a_crash_costs_its_neighbours_nothing(module, tmp_path):
+    name = module(
+        """
+        import os, time
+        def f(theta):
+            with open(os.path.join(os.path.dirname(__file__), f"begun_{theta[0]:.0f}"), "a") as file:
+                file.write("x")
+            if theta[0] == 1:
+                os._exit(9)
+            time.sleep(0.5)
+            return {"y": [0, 0, 0]}
+        """
+    )
+    found = outcomes(PythonModel(f"{name}:f", folder=tmp_path), 1.0, 2.0, 3.0)
+    assert [getattr(outcome, "kind", "") for outcome in found] == ["crashed", "", ""]
+    # What crashed has a second chance, by itself; the others are evaluated once.
+    assert [len((tmp_path / f"begun_{k}").read_text()) for k in (1, 2, 3)] == [2, 1, 1]
+
+
+def test_an_evaluation_that_takes_too_long_is_ended_with_what_it_started(module, tmp_path):
+    # The import alone takes longer than the time-out, and counts nothing. A loop in compiled code hears no exception: the process is killed.
+    name = module(
+        """
+        import subprocess, sys, time
+        from pathlib import Path
+        time.sleep(1.2)
+        def f(theta):
+            if theta[0] == 1:
+                child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+                Path(__file__).with_name("child").write_text(str(child.pid))
+                child.wait()
+            if theta[0] == 2:
+                sum(range(10**18))
+            return {"y": [theta[0], 0, 0]}
+        """
+    )
+    start = time.monotonic()
+    found = outcomes(PythonModel(f"{name}:f", folder=tmp_path, timeout=1.0), 1.0, 2.0, 3.0, 4.0)
+    assert [outcome.kind if isinstance(outcome, Failure) else outcome.values["y"][0] for outcome in found] == ["timed_out", "timed_out", 3, 4]
+    assert found[0].reason == "the evaluation took longer than the time-out of 1 s." and found[0].details["seconds"] == 1
+    assert time.monotonic() - start < 30
+    # The child is gone, or waits as a zombie for a parent that has died to be replaced.
+    status = Path(f"/proc/{(tmp_path / 'child').read_text()}/status")
+    assert not status.exists() or "State:\tZ" in status.read_text()
+
+
+def test_a_time_out_needs_a_process():
+    for function, executor in ((lambda theta: {}, None), ("json:dumps", ThreadPoolExecutor(1))):
+        with pytest.raises(InputError, match="a timeout needs a function given by its name"):
+            PythonModel(function, executor=executor, timeout=1.0)
+    with pytest.raises(InputError, match="must be a number of seconds above 0, not 0"):
+        PythonModel("json:dumps", timeout=0)
 
 
 @pytest.mark.parametrize(

@@ -97,10 +97,11 @@ class FunctionModel(Section):
     kind: Literal["python"] = Field(description='"python"')
     function: str = Field(description='the name of a function as "module:name"')
     control: list[float] | None = Field(None, description="a list of the control values that the function returns values at")
+    timeout: Positive | None = Field(None, description="a number of seconds above 0")
 
     def build(self, folder: Path) -> PythonModel:
         """The model that is described."""
-        return PythonModel(self.function, self.control, folder=folder.resolve())
+        return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
 MODELS: dict[str, type[Section]] = {"triaxial": TriaxialModel, "python": FunctionModel}

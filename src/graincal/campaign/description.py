@@ -92,7 +92,8 @@ def _describe_model(model: Model) -> dict[str, Any]:
         }
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
-        return {"kind": "python", "function": model.function, "folder": str(model.folder.resolve()) if model.folder else None, "control": control}
+        folder = str(model.folder.resolve()) if model.folder else None
+        return {"kind": "python", "function": model.function, "folder": folder, "control": control, "timeout": model.timeout}
     named = model.function if isinstance(model, PythonModel) else type(model)
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
 
@@ -103,5 +104,7 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         packing = {name: np.array(value) if name != "name" else value for name, value in options.pop("packing").items()}
         return TriaxialTest(Packing(**packing), **options)
     if described["kind"] == "python":
-        return PythonModel(options["function"], options["control"], folder=Path(options["folder"]) if options["folder"] else None)
+        folder = Path(options["folder"]) if options["folder"] else None
+        # Campaigns of before there was a time-out have none.
+        return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
     return AbsentModel(described["name"])

@@ -1,4 +1,4 @@
-"""Evaluations in processes of graincal's own, which end with their owner and outlive each other's crashes."""
+"""Evaluations in processes of graincal's own, which end with their owner, by a time-out if there is one, and outlive each other's crashes."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing, suppress
+from math import inf
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
@@ -21,83 +24,178 @@ Outcome = TypeVar("Outcome")
 _CRASHED = Failure("crashed", "the process that ran the evaluation ended abruptly: a crash in compiled code, or too little memory.")
 
 
-def evaluate_in_processes(call: Callable[[Task], Outcome], tasks: Sequence[Task], count: int) -> Iterator[tuple[int, Outcome | Failure]]:
+def evaluate_in_processes(
+    call: Callable[[Task], Outcome],
+    tasks: Sequence[Task],
+    count: int,
+    *,
+    prepare: Callable[[], object] | None = None,
+    timeout: float | None = None,
+) -> Iterator[tuple[int, Outcome | Failure]]:
     """Run call(task) for each task in `count` processes and yield (index, outcome) in order of completion.
 
-    A process that ends abruptly takes its pool down with it. Then the evaluations that were under way are run again, each in a process of its own:
-    the one that fails again is a Failure of the kind "crashed", the others are unharmed, and the rest goes on in a new pool.
+    prepare: called first in each process. timeout: the seconds that a call may take, `prepare` not counted; then its process is killed, with the
+    processes that it started, and the outcome is a Failure of the kind "timed_out".
+    An evaluation whose process ends abruptly is run again after all others, by itself, for memory may have been short: if it fails again, it is a
+    Failure of the kind "crashed".
     Closing the iterator kills what is under way. Raises InputError where processes cannot be started.
     """
-    waiting = deque(enumerate(tasks))
-    while waiting:
-        under_way: dict[int, Task] = {}
-        try:
-            with _Pool(min(count, len(waiting))) as pool:
-                yield from _until_a_crash(pool, call, waiting, under_way, count)
-        except BrokenProcessPool:
-            for index, task in under_way.items():
-                yield index, _run_alone(call, task)
+    crashed = []
+    with closing(_evaluate(call, list(enumerate(tasks)), count, prepare, timeout)) as outcomes:
+        for index, outcome in outcomes:
+            if outcome is _CRASHED:
+                crashed.append((index, tasks[index]))
+            else:
+                yield index, outcome
+    with closing(_evaluate(call, crashed, 1, prepare, timeout)) as outcomes:
+        yield from outcomes
 
 
-def _until_a_crash(
-    pool: ProcessPoolExecutor, call: Callable[[Task], Outcome], waiting: deque[tuple[int, Task]], under_way: dict[int, Task], count: int
-) -> Iterator[tuple[int, Outcome]]:
-    futures = {}
-    while waiting or futures:
-        # No more than run at once, so that a crash leaves few suspects.
-        while waiting and len(futures) < count:
-            index, task = waiting[0]
-            futures[pool.submit(call, task)] = index
-            under_way[index] = task
-            waiting.popleft()
-        for future in wait(futures, return_when=FIRST_COMPLETED).done:
-            outcome = future.result()
-            index = futures.pop(future)
-            del under_way[index]
-            yield index, outcome
-
-
-def _run_alone(call: Callable[[Task], Outcome], task: Task) -> Outcome | Failure:
+def _evaluate(
+    call: Callable[[Task], Outcome],
+    tasks: Sequence[tuple[int, Task]],
+    count: int,
+    prepare: Callable[[], object] | None,
+    timeout: float | None,
+) -> Iterator[tuple[int, Outcome | Failure]]:
+    waiting = deque(tasks)
+    workers = [_Worker(prepare, timeout) for _ in range(min(count, len(tasks)))]
     try:
-        with _Pool(1) as pool:
-            return pool.submit(call, task).result()
-    except BrokenProcessPool:
-        return _CRASHED
+        while waiting or any(worker.busy for worker in workers):
+            for worker in workers:
+                if waiting and not worker.busy:
+                    worker.begin(call, *waiting.popleft())
+            busy = [worker for worker in workers if worker.busy]
+            # In this order: a process that becomes ready in between is an event.
+            events = [event for worker in busy for event in worker.events]
+            deadline = min(worker.deadline for worker in busy)
+            wait(events, None if deadline == inf else max(0.0, deadline - time.monotonic()), FIRST_COMPLETED)
+            for worker in busy:
+                index, outcome = worker.index, worker.outcome()
+                if outcome is not None:
+                    yield index, outcome
+    finally:
+        # At once: each waits until its process has gone.
+        with ThreadPoolExecutor(max(1, len(workers))) as ends:
+            list(ends.map(_Worker.end, workers))
 
 
-class _Pool:
-    """A pool whose processes live as long as their owner holds the other end of a pipe: they end with it, even if it is killed."""
+class _Worker:
+    """A process that runs one evaluation at a time; if it is lost, the next evaluation begins another."""
 
-    def __init__(self, count: int) -> None:
-        # Fresh processes, not forks: those would copy locks that other threads hold.
+    def __init__(self, prepare: Callable[[], object] | None, timeout: float | None) -> None:
+        self.index = -1
+        self._prepare, self._timeout = prepare, timeout
+        self._process: _Process | None = None
+        self._future: Future | None = None
+        self._begun = 0.0
+
+    @property
+    def busy(self) -> bool:
+        """Whether an evaluation is under way."""
+        return self._future is not None
+
+    @property
+    def events(self) -> list[Future]:
+        """What the evaluation under way waits for: its end, and before that the start of its process."""
+        return [self._future] if self._process.ready_at < inf else [self._process.started, self._future]
+
+    @property
+    def deadline(self) -> float:
+        """When the evaluation under way is to be given up."""
+        return inf if self._timeout is None else max(self._begun, self._process.ready_at) + self._timeout
+
+    def begin(self, call: Callable[[Task], Outcome], index: int, task: Task) -> None:
+        """Run an evaluation."""
+        if self._process is None:
+            self._process = _Process(self._prepare)
+        self.index, self._begun = index, time.monotonic()
+        try:
+            self._future = self._process.executor.submit(call, task)
+        except BrokenProcessPool:
+            self._process.check()
+            # It ended while it had nothing to do.
+            self._lose()
+            self.begin(call, index, task)
+
+    def outcome(self) -> Outcome | Failure | None:
+        """What the evaluation gave; None while it is under way."""
+        if self._process.started.done():
+            self._process.check()
+        if self._future.done():
+            finished, self._future = self._future, None
+            try:
+                return finished.result()
+            except BrokenProcessPool:
+                self._lose()
+                return _CRASHED
+        if time.monotonic() < self.deadline:
+            return None
+        self._lose()
+        return Failure("timed_out", f"the evaluation took longer than the time-out of {self._timeout:g} s.", {"seconds": self._timeout})
+
+    def end(self) -> None:
+        """End the process, and the evaluation that is under way."""
+        if self._process is not None:
+            self._process.end(abruptly=self.busy)
+
+    def _lose(self) -> None:
+        self._process.end(abruptly=True)
+        self._process = self._future = None
+
+
+class _Process:
+    """A process that lives as long as its owner holds the other end of a pipe: it ends with it, even if that is killed."""
+
+    def __init__(self, prepare: Callable[[], object] | None) -> None:
+        # A fresh process, not a fork: that would copy locks that other threads hold.
         context = multiprocessing.get_context("spawn")
         reader, self._lifeline = context.Pipe(duplex=False)
-        self._executor = ProcessPoolExecutor(count, mp_context=context, initializer=_live_while_open, initargs=(reader,))
+        self.executor = ProcessPoolExecutor(1, mp_context=context, initializer=_live_while_open, initargs=(reader,))
+        self.ready_at = inf
+        self.started = self.executor.submit(_start, prepare)
+        self.started.add_done_callback(self._is_ready)
 
-    def __enter__(self) -> ProcessPoolExecutor:
+    def _is_ready(self, _: Future) -> None:
+        self.ready_at = time.monotonic()
+
+    def check(self) -> None:
+        """Raise what kept the process from starting."""
         try:
-            self._executor.submit(os.getpid).result()
+            self.started.result()
         except BrokenProcessPool:
             raise InputError(
                 'worker processes could not be started, as happens when a script that uses them is not guarded by: if __name__ == "__main__".'
             ) from None
-        return self._executor
 
-    def __exit__(self, exception, *_) -> None:
-        if exception is not None:
+    def end(self, *, abruptly: bool) -> None:
+        """Let the process end; abruptly, kill it with all that it started."""
+        if abruptly:
             self._lifeline.close()
-        self._executor.shutdown(cancel_futures=True)
+            # Compiled code that never comes back to Python does not see the pipe close.
+            if self.started.done() and self.started.exception() is None:
+                with suppress(ProcessLookupError):
+                    os.killpg(self.started.result(), signal.SIGKILL)
+        self.executor.shutdown(cancel_futures=True)
+
+
+def _start(prepare: Callable[[], object] | None) -> int:
+    if prepare is not None:
+        prepare()
+    return os.getpid()
 
 
 def _live_while_open(lifeline: Connection) -> None:
     # Ctrl-C reaches every process of a terminal; what it means is the owner's affair.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # A group of its own, so that what an evaluation starts ends with it.
+    os.setpgrp()
 
     def watch() -> None:
         try:
             lifeline.recv_bytes()
         except (EOFError, OSError):
             pass
-        os._exit(1)
+        os.killpg(0, signal.SIGKILL)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
@@ -28,14 +30,17 @@ class PythonModel:
     executor: any `concurrent.futures.Executor` to evaluate on. By default a function runs on threads, where every function can, and which suits
     one that waits for another program or computes in NumPy; a function given by its name runs in processes, each of which imports it.
     folder: where the module of a named function is looked for before the usual places.
+    timeout: the seconds that one evaluation may take. Only a process can be ended from outside, so it goes with a function given by its name and no
+    executor. What the function started in its process ends with it.
 
-    An exception in the function, or values that are not finite numbers or not as many as the control's, make that evaluation a Failure.
+    An exception in the function, values that are not finite numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
     """
 
     function: Function | str
     control: ArrayLike | None = None
     executor: Executor | None = None
     folder: Path | None = None
+    timeout: float | None = None
 
     def __post_init__(self) -> None:
         if not (callable(self.function) or isinstance(self.function, str)):
@@ -45,6 +50,11 @@ class PythonModel:
             if control.ndim != 1 or not control.size or not np.all(np.isfinite(control)) or not np.all(np.diff(control) > 0):
                 raise InputError("the control values of a Python model must be finite numbers that increase.")
             object.__setattr__(self, "control", control)
+        if self.timeout is not None:
+            if isinstance(self.timeout, bool) or not isinstance(self.timeout, Real) or not 0 < self.timeout < np.inf:
+                raise InputError(f"the timeout of a Python model must be a number of seconds above 0, not {self.timeout!r}.")
+            if not isinstance(self.function, str) or self.executor is not None:
+                raise InputError('a timeout needs a function given by its name, "module:name", and no executor: only then does it run in a process that can be ended.')
 
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Evaluate each sample and yield (row, Response or Failure) in order of completion.
@@ -66,7 +76,9 @@ class PythonModel:
         if self.executor is not None:
             yield from evaluate_each(call, tasks, self.executor)
         elif isinstance(self.function, str):
-            yield from evaluate_in_processes(call, tasks, workers)
+            # Imported before the clock of the time-out runs.
+            prepare = partial(find_function, self.function, self.folder)
+            yield from evaluate_in_processes(call, tasks, workers, prepare=prepare, timeout=self.timeout)
         else:
             threads = ThreadPoolExecutor(workers)
             try:
