@@ -8,6 +8,7 @@ from graincal.data import InputError
 from graincal.report import with_matplotlib, with_plotly, write_figures
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Bars, Level, Line, Points, log_axis
+from graincal.report.findings import telling_correlation
 
 from . import soil
 
@@ -82,8 +83,21 @@ def test_pairs_carry_weights_and_correlations(result):
     assert scatter.sizes[-1] == max(scatter.sizes)
 
 
+def test_correlations_are_coloured_where_they_tell(result):
+    coloured = [panel.cell for panel in drawn(result)["posterior"].panels if panel.cell and panel.cell[1] != "#ffffff"]
+    telling = telling_correlation(result.posterior)
+    correlations = result.posterior.correlation()[np.triu_indices(result.space.size, 1)]
+    assert len(coloured) == np.sum(np.abs(correlations) >= telling) and f"coloured from {telling:.2f} on" in drawn(result)["posterior"].caption
+    # 0.3 of 30 samples, nine, carry weight: none is.
+    few = drawn(soil.calibrate(alpha=9, effective_sample_size=0.3))["posterior"]
+    assert "none coloured: on so few samples with weight" in few.caption
+    assert {panel.cell[1] for panel in few.panels if panel.cell} == {"#ffffff"}
+
+
 def test_fabric_is_that_of_the_best(result):
     coordination, anisotropies = drawn(result)["fabric"].panels
+    looks = [(line.style.colour, line.style.dash) for panel in (coordination, anisotropies) for line in marks(panel, Line)]
+    assert len({colour for colour, _ in looks}) == len({dash for _, dash in looks}) == len(looks)
     best = soil.respond(result.best.theta)
     assert marks(coordination, Line)[0].y == pytest.approx(best["coordination_number"])
     assert [line.name for line in marks(anisotropies, Line)] == ["a_{c}"]

@@ -7,7 +7,7 @@ from graincal.data import ParameterSpace, Reference
 from graincal.inference import IterativeBayesianFilter, Posterior, Stop
 from graincal.report import find
 from graincal.report.chance import narrowing_by_chance
-from graincal.report.findings import judge, trade_offs
+from graincal.report.findings import judge, rule, trade_offs
 from graincal.report.markup import to_html, to_mathtext, to_plain
 
 
@@ -125,6 +125,24 @@ def test_correlated_pairs_are_named_the_strongest_first():
     assert trade_offs(space, posterior).startswith("Strongly correlated: φ and β_{m} (−1.00), φ and ν (+0.83), β_{m} and ν (−0.83). ")
     apart = ParameterSpace({"phi": (0, 1), "psi": (-1, 1)})
     assert trade_offs(apart, Posterior(apart.names, theta[:, [0, 3]], np.full(100, 0.01))) == ""
+
+
+def test_few_samples_tell_no_correlation():
+    x = spread_evenly(0, 1, 9)
+    space = ParameterSpace({"phi": (0, 1), "beta_m": (-1, 0)})
+    # Nine on a line, and a thousand of which nine carry all the weight.
+    assert trade_offs(space, Posterior(space.names, np.stack([x, -x], axis=1), np.full(9, 1 / 9))) == ""
+    many = np.concatenate([x, spread_evenly(0, 1, 991)])
+    assert trade_offs(space, Posterior(space.names, np.stack([many, -many], axis=1), np.r_[np.full(9, 1 / 9), np.zeros(991)])) == ""
+    x = spread_evenly(0, 1, 12)
+    assert "(−1.00)" in trade_offs(space, Posterior(space.names, np.stack([x, -x], axis=1), np.full(12, 1 / 12)))
+
+
+def test_the_rule_makes_sense_where_chance_may_narrow_samples_to_nothing():
+    assert "in these iterations seldom to below 0.31 of that sd, and what is not below is called uncertain." in rule([found([0.5], by_chance=0.31)])
+    said = rule([found([0.5], by_chance=0.004)])
+    assert "0.00" not in said and "to next to nothing, so that nearly all that is not beyond two thirds is called uncertain." in said
+    assert found(spread_evenly(0.4, 0.6), by_chance=0.004).verdict == "uncertain"
 
 
 def test_text_survives_html_and_tex():

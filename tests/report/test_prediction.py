@@ -1,6 +1,8 @@
 """The test at another pressure, and the line to simulate a sample again, on the built-in model."""
 
 import shlex
+from copy import copy
+from dataclasses import replace
 from importlib.resources import files
 
 import numpy as np
@@ -13,7 +15,7 @@ from graincal.data import Failure
 from graincal.report import prediction as predicting
 from graincal.report import write_report
 from graincal.report.answer import as_samples
-from graincal.report.command import PLACEHOLDER, simulate_command
+from graincal.report.command import PLACEHOLDER, pack_command, simulate_command
 from graincal.report.contents import figures
 from graincal.report.prediction import predict_response
 
@@ -43,6 +45,7 @@ def test_it_is_the_most_probable_sample_at_twice_the_highest_pressure(result):
     assert np.array_equal(found.response.values["stress_ratio"], simulated.values["stress_ratio"])
     figure = figures(result, found)[-1]
     assert figure.name == "prediction" and "No test at this pressure was compared with it" in figure.caption
+    assert figure.caption.startswith("A prediction, not a confirmation:") and figure.title.startswith("Predicted, not confirmed, at 200 kPa")
     predicted = next(mark for mark in figure.panels[1].marks if mark.name == "predicted at 200 kPa")
     assert predicted.y == pytest.approx(100 * simulated.values["volumetric_strain"])
 
@@ -85,3 +88,17 @@ def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
     line = simulate_command(unnamed, as_samples(result, result.most_probable), experiment.reference)
     assert f"--packing {PLACEHOLDER} --confining-pressure 100000 -p log_E=8 -p nu=0.2 -p phi=" in line
     assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")
+
+
+def test_a_packing_that_was_prepared_comes_with_the_line_that_makes_it(result, tmp_path):
+    model = 'model = { kind = "triaxial", particles = 500, void_ratio = 0.68, confining_pressure = 1e5, seed = 3 }'
+    source = "\n".join(f'[[experiment]]\nname = "{experiment.name}"\n{model}' for experiment in result.experiments)
+    line = "graincal pack --particles 500 --void-ratio 0.68 --grading toyoura --seed 3 -o packing.csv"
+    assert pack_command(result.experiments[0], source) == line
+    assert pack_command(result.experiments[0], source.replace("particles = 500, void_ratio = 0.68", 'packing = "mine.csv"')) is None
+    assert "graincal pack" not in write_report(result, tmp_path / "none.html", predict=None).read_text(encoding="utf-8")
+    prepared = copy(result)
+    prepared.calibration = replace(result.calibration, source=source)
+    text = write_report(prepared, tmp_path / "report.html", predict=None).read_text(encoding="utf-8")
+    # Both experiments have the same packing.
+    assert text.count(line) == 1 and "The packing of 100000 Pa, 50000 Pa was prepared." in text

@@ -84,6 +84,10 @@ def test_it_says_first_what_was_found(result, page):
     assert re.search(r"φ = 29\.\d ± 2\.\d deg\.", text)
     assert re.search(r"ηm is not identified: [\d.]+ to [\d.]+ fit about equally\.", text)
     assert result.grade.reasons[0] in text
+    # Words are defined before they are used.
+    body = text[text.index("What was found") :]
+    assert body.index("most probable") == body.index("most probable sample is that of the largest weight")
+    assert body.index("the best") == body.index("the best is that of the smallest error of all iterations")
     assert "Stopped after 3 iterations: the limit of 3 iterations is reached." in text
     assert "not on the noise of the measurement" in text
     assert "identified up to a third of that" in text

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shlex
+import tomllib
 
 import numpy as np
 
+from graincal.campaign import Experiment
 from graincal.data import Reference, Samples
 from graincal.models import TriaxialTest
 from graincal.models.triaxial import PARAMETERS
@@ -25,6 +27,17 @@ def simulate_command(test: TriaxialTest, samples: Samples, reference: Reference)
         words += ["-p", f"{name}={value:.8g}"]
     words += ["--axial-strain", f"{strain[-1]:.4g}", "--increment", f"{increment:.4g}"]
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
+    return shlex.join(words)
+
+
+def pack_command(experiment: Experiment, source: str, output: str = PLACEHOLDER) -> str | None:
+    """The line that makes the packing that a calibration file (its text, `source`) has prepared for an experiment; None for one from elsewhere."""
+    entries = tomllib.loads(source).get("experiment", [])
+    model = next((entry["model"] for entry in entries if entry["name"] == experiment.name), {})
+    if "particles" not in model:
+        return None
+    words = ["graincal", "pack", "--particles", str(model["particles"]), "--void-ratio", f"{model['void_ratio']:.8g}"]
+    words += ["--grading", model.get("grading", "toyoura"), "--seed", str(model.get("seed", 1)), "-o", output]
     return shlex.join(words)
 
 

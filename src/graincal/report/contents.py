@@ -6,7 +6,7 @@ from graincal.campaign import Result
 from graincal.models import TriaxialTest
 from graincal.report import tables
 from graincal.report.answer import answer_of, as_samples
-from graincal.report.command import PLACEHOLDER, from_file, simulate_command
+from graincal.report.command import PLACEHOLDER, from_file, pack_command, simulate_command
 from graincal.report.drawing import Figure
 from graincal.report.findings import find, rule
 from graincal.report.numbers import pressure
@@ -78,5 +78,10 @@ def _simulate_again(page: Page, result: Result) -> None:
     page.paragraph([f"The {word} sample in the built-in triaxial test, to paste into a terminal:"])
     for experiment in tests:
         page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference))
-    if not all(from_file(experiment.model) for experiment in tests):
+    packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}
+    for line in dict.fromkeys(packed.values()):
+        names = ", ".join(name for name in packed if packed[name] == line)
+        page.paragraph([f"The packing of {names} was prepared. Should its file not be there, this makes the same again, to name instead:"])
+        page.command(line)
+    if not all(from_file(experiment.model) or experiment.name in packed for experiment in tests):
         page.paragraph([f"Put the name of the packing's file in place of {PLACEHOLDER}: this packing was not read from one."], "note")

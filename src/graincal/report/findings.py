@@ -20,6 +20,8 @@ PROBABILITY = 0.9
 """Of the intervals."""
 MOST = f"{100 * PROBABILITY:.0f} % of the weight"
 STRONG_CORRELATION = 0.7
+FEW = 10
+"""Samples of equal weight, below which correlations say nothing."""
 
 
 @dataclass(frozen=True)
@@ -107,11 +109,15 @@ def judge(space: ParameterSpace, posterior: Posterior, by_chance: float) -> tupl
 
 def rule(findings: Sequence[Finding]) -> str:
     """The rule of the verdicts, for readers."""
+    chance = findings[0].by_chance
+    if chance < 0.005:
+        narrowing = "in these iterations, of so few samples with weight, to next to nothing, so that nearly all that is not beyond two thirds is called uncertain."
+    else:
+        narrowing = f"in these iterations seldom to below {chance:.2f} of that sd, and what is not below is called uncertain."
     return (
         "“±” is one standard deviation (sd) of the weighted samples. The verdicts compare it with the sd of values spread evenly over the range (its width "
         "over √12): a parameter is called identified up to a third of that, weakly identified up to two thirds, and not identified beyond. Samples also narrow "
-        "by chance, along parameters without any effect: in these iterations seldom to below "
-        f"{findings[0].by_chance:.2f} of that sd, and what is not below is called uncertain. Intervals hold {MOST}."
+        f"by chance, along parameters without any effect: {narrowing} Intervals hold {MOST}."
     )
 
 
@@ -119,13 +125,18 @@ def trade_offs(space: ParameterSpace, posterior: Posterior) -> str:
     """A sentence on the pairs of parameters that are strongly correlated, the strongest first; empty without."""
     labels = [quantity.label for quantity in parameters(space)]
     correlation = posterior.correlation()
-    # Correlations of unrelated values scatter by 1 / √M for M samples.
-    strong = max(STRONG_CORRELATION, 2.5 / math.sqrt(effective_samples(posterior)))
+    strong = max(STRONG_CORRELATION, telling_correlation(posterior))
     pairs = [(float(correlation[i, j]), i, j) for i in range(space.size) for j in range(i) if abs(correlation[i, j]) >= strong]
     if not pairs:
         return ""
     listed = ", ".join(f"{labels[j]} and {labels[i]} ({signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
     return f"Strongly correlated: {listed}. What such a pair shares is known better than either of the two alone."
+
+
+def telling_correlation(posterior: Posterior) -> float:
+    """The correlation, up or down, from which it is hardly chance: those of unrelated values scatter by 1 / √M for M samples. Infinite for few."""
+    carried = effective_samples(posterior)
+    return 2.5 / math.sqrt(carried) if carried >= FEW else math.inf
 
 
 def effective_samples(posterior: Posterior) -> float:

@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from graincal.campaign import Result
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration
-from graincal.report.drawing import Array, Axis, Bars, Figure, Level, Panel, Points
-from graincal.report.findings import effective_samples, signed
+from graincal.report.drawing import Axis, Bars, Figure, Level, Panel, Points
+from graincal.report.findings import effective_samples, signed, telling_correlation
 from graincal.report.numbers import count, short
 from graincal.report.palette import BLUE, FAILED, LIMIT, VERMILLION, Style, colours_of, sign_colour
 from graincal.report.quantities import Quantity, parameters
@@ -36,16 +36,18 @@ def draw_pairs(result: Result) -> Figure | None:
         return Figure("posterior", title, "A weighted histogram over the iteration's samples, not over the whole range.", (panel,))
     caption = (
         "Axes span the iteration's samples, not the whole ranges; grey lines are ends of a range. Diagonal: weighted histograms. "
-        "Below it: the larger and darker a sample, the more weight it carries. Above it: Pearson correlations under the weights."
+        "Below it: the larger and darker a sample, the more weight it carries. Above it: Pearson correlations under the weights, "
     )
-    correlation = iteration.posterior.correlation()
-    panels = tuple(_panel(result.space, iteration, axes, correlation, row, column) for row in range(n) for column in range(n))
+    telling = telling_correlation(iteration.posterior)
+    caption += f"coloured from {telling:.2f} on, up or down: less may be chance." if telling <= 1 else "none coloured: on so few samples with weight, any may be chance."
+    cells = [[_cell(float(r), telling) for r in row] for row in iteration.posterior.correlation()]
+    panels = tuple(
+        cells[row][column] if column > row else _panel(result.space, iteration, axes, row, column) for row in range(n) for column in range(n)
+    )
     return Figure("posterior", title, caption, panels, columns=n, square=True)
 
 
-def _panel(space: ParameterSpace, iteration: Iteration, axes: list[Axis], correlation: Array, row: int, column: int) -> Panel:
-    if column > row:
-        return _cell(float(correlation[row, column]))
+def _panel(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> Panel:
     x = axes[column] if row == len(axes) - 1 else _bare(axes[column])
     if column == row:
         return Panel("", x, Axis(ticks=()), _histogram(space, iteration, row, axes[row]))
@@ -115,5 +117,5 @@ def _samples_of_key() -> tuple[Points, ...]:
     )
 
 
-def _cell(r: float) -> Panel:
-    return Panel(cell=(signed(r), sign_colour(r)) if np.isfinite(r) else ("–", "#ffffff"))
+def _cell(r: float, telling: float) -> Panel:
+    return Panel(cell=(signed(r) if np.isfinite(r) else "–", sign_colour(r) if abs(r) >= telling else "#ffffff"))

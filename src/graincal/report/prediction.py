@@ -75,7 +75,7 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
         )
         panels.append(Panel(shown.title, axis, Axis(shown.axis), marks))
     caption = (
-        f"A prediction: one simulation of sample {prediction.candidate.sample} at {predicted}, everything else as in {experiment.name}. "
+        f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {predicted}, everything else as in {experiment.name}. "
         "No test at this pressure was compared with it, and another run of the same parameters would differ by the scatter of runs."
     )
-    return Figure("prediction", f"Predicted at {predicted} from the calibration at {calibrated}.", caption, tuple(panels), columns=min(3, max(2, len(panels))))
+    return Figure("prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, tuple(panels), columns=min(3, max(2, len(panels))))

@@ -10,6 +10,7 @@ from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, REFERENCE, 
 from graincal.report.quantities import quantity
 
 _ANISOTROPIES = ("a_c", "a_n", "a_t")
+_COORDINATION = distinct(len(_ANISOTROPIES))
 
 
 def draw_responses(result: Result) -> Figure | None:
@@ -92,7 +93,7 @@ def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:
     panels = []
     if "coordination_number" in values:
         shown = quantity("coordination_number")
-        panels.append(Panel(f"{_prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), (Line(x, values["coordination_number"], BEST),)))
+        panels.append(Panel(f"{_prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), (Line(x, values["coordination_number"], _COORDINATION, "Z"),)))
     lines = tuple(Line(x, values[name], distinct(k), quantity(name).label) for k, name in enumerate(_ANISOTROPIES) if name in values)
     if lines:
         panels.append(Panel(f"{_prefix(result, experiment)}Anisotropies", axis, Axis("anisotropy [-]"), lines))

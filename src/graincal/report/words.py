@@ -8,11 +8,9 @@ from graincal.campaign import Candidate, Result
 from graincal.inference import sample_size_advice
 from graincal.report import numbers
 from graincal.report.answer import errors_of
-from graincal.report.findings import Finding, effective_samples, find, trade_offs
+from graincal.report.findings import FEW, Finding, effective_samples, find, trade_offs
 from graincal.report.markup import to_plain
 from graincal.report.quantities import quantity
-
-_FEW = 10
 
 
 def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -36,8 +34,9 @@ def fit(result: Result) -> tuple[str, ...]:
     if best is None:
         return (f"All {numbers.count(result.evaluations, 'sample')} failed, so that nothing was found.",)
     if answer is None:
-        return (f"The smallest error of {numbers.count(result.evaluations, 'sample')} is {best.error:.3g} % ({_name(best)}): {_by_observable(result, best)}.",)
-    said = [f"The most probable response ({_name(answer)}) is {answer.error:.3g} % from the reference: {_by_observable(result, answer)}."]
+        return (f"The smallest error of {numbers.count(result.evaluations, 'sample')}, that of the best, is {best.error:.3g} % ({_name(best)}): {_by_observable(result, best)}.",)
+    said = ["The most probable sample is that of the largest weight in the last iteration with weights; the best is that of the smallest error of all iterations."]
+    said += [f"The most probable response ({_name(answer)}) is {answer.error:.3g} % from the reference: {_by_observable(result, answer)}."]
     if best.sample == answer.sample:
         said.append(f"It is also the best of {numbers.count(result.evaluations, 'sample')}.")
     else:
@@ -73,7 +72,7 @@ def cautions(result: Result) -> tuple[str, ...]:
         "Read them to compare parameters with each other, not as confidence intervals."
     ]
     carried = effective_samples(result.posterior)
-    if carried < _FEW:
+    if carried < FEW:
         said.append(f"The weight rests on about {numbers.count(max(1, round(carried)), 'sample')}: moments and correlations are rough.")
     if advice := sample_size_advice(result.space, filter.alpha):
         said.append(advice)
