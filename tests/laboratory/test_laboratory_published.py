@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(DATA is None, reason="GRAINCAL_REFERENCE_DATA na
 
 
 def test_the_measured_test_on_toyoura_sand() -> None:
-    reference = Reference.read(Path(DATA) / "toyoura_0.5MPa.csv")
+    reference = Reference.read(Path(DATA) / "toyoura_0.5MPa.csv", strain="logarithmic")
     assert reference.control.size == 33 and not reference.notes
     assert reference.control[-1] == pytest.approx(0.1146788, abs=1e-7)
     assert np.max(reference.observables["stress_ratio"]) == 4.24
