@@ -60,8 +60,8 @@ def write_triaxial(folder, *replacements):
         ("range = [0, 1] }", "range = [0, nan] }", "parameters.strength.range must be [low, high] with low < high, not [0, NaN]."),
         ("{ range = [0, 1] }", "3", "parameters.strength must be a table with range, unit, not 3."),
         ('name        = "drained"', "", "experiment 1: name is missing, and text was expected."),
-        (ENTRY, "", 'experiment "drained": model is missing, and a table with kind = "triaxial" or "python" was expected.'),
-        ('"python"', '"lammps"', 'experiment "drained": model must be a table with kind = "triaxial" or "python", not {"kind": "lammps", "function": "soil:respond"}.'),
+        (ENTRY, "", 'experiment "drained": model is missing, and a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python was expected.'),
+        ('"python"', '"lammps"', 'experiment "drained": model must be a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, not {"kind": "lammps", "function": "soil:respond"}.'),
         ("soil:respond", "soil", 'experiment "drained": function must be named as "module:name", not "soil".'),
         ("reference.csv", "no.csv", 'experiment "drained": {folder}/no.csv: there is no such file, and a laboratory file was expected here.'),
         (SHARES, "{}", 'experiment "drained": observables must be a table such as { stress_ratio = { variance_share = 0.5 } }, not {}.'),
@@ -98,7 +98,7 @@ def test_several_mistakes_are_said_together(tmp_path):
         ('packing = "cubic.csv"', 'packing = "cubic.csv", seed = 1', 'experiment "drained": model has both packing and seed, and one of them was expected'),
         ('packing = "cubic.csv"', "particles = 500", 'experiment "drained": model needs either packing, the name of a file, or particles and void_ratio'),
         ("confining_pressure = 2e5", "confining_pressure = -1", 'experiment "drained": model.confining_pressure must be a number above 0, in Pa, not -1.'),
-        ('"drained"', '"drained"\ncontrol = "volumetric_strain"', "volumetric_strain is the control"),
+        ('"drained"', '"drained"\ncontrol = "volumetric_strain"', 'experiment "drained": a triaxial test is driven by axial_strain or axial_extension, not by volumetric_strain.'),
     ],
 )
 def test_mistakes_about_a_triaxial_test(tmp_path, old, new, said):
