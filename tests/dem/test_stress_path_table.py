@@ -1,5 +1,7 @@
 """Stress paths as tables: what a table says is what is run, and a mistake in one is a sentence with file, line and column."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,17 @@ def test_axes_are_driven_apart_and_no_faster_than_they_may(packing, tmp_path):
     (fast,), (slow,) = (TableTest(packing, 1e5, table=table).simulate([THETA], at=[1, 2], threads=1) for table in (fast, slow))
     loading = [np.diff(curve.values["steps"])[0] for curve in (fast, slow)]
     assert loading[1] > 5 * loading[0]  # and not quite ten, for the time step and the steps to rest
+
+
+def test_the_table_of_the_documentation_is_what_it_says(packing, tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "stress-paths.md").read_text()
+    begin = page.index("# anisotropic consolidation, then undrained compression")
+    table = read(tmp_path, page[begin : page.index("```", begin)])
+    (curve,) = TableTest(packing, table=table).simulate([THETA], at=table.recorded, threads=1)
+    assert curve.values["stress_ratio"][0] == pytest.approx(1.8, rel=2e-3)
+    # The servo meets each of three strains to 1e-6.
+    assert np.allclose(curve.values["axial_strain"], [0, 0.01, 0.02], rtol=0, atol=1e-6)
+    assert np.allclose(curve.values["volumetric_strain"], 0, rtol=0, atol=3e-6)
 
 
 def test_a_stage_that_is_not_recorded_cannot_be_asked_for(packing, tmp_path):

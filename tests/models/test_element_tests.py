@@ -51,6 +51,15 @@ def test_the_excess_pore_pressure_is_what_the_skeleton_has_lost_of_the_lateral_s
     assert np.allclose(undrained["volumetric_strain"], 0, rtol=0, atol=1e-11)
 
 
+def test_a_sample_that_liquefies_is_recorded_and_flagged(packing):
+    # Smooth grains sheared in extension at constant volume lose their contacts: the water takes the whole confining pressure.
+    test = gc.UndrainedTest(packing, 5e5, largest_flagged_share=1.0)
+    (liquefied,) = test.simulate([[8.7, 0.2, 5.0, 0.0, 0.0]], at=[-0.03], threads=1)
+    assert liquefied.details["flagged"] == 1
+    assert liquefied.values["excess_pore_pressure"][0] == pytest.approx(5e5, rel=1e-3)
+    assert liquefied.values["coordination_number"][0] < 1
+
+
 def test_what_drives_an_oedometric_test_can_be_chosen(packing):
     by_stress = curve(gc.OedometricTest(packing, PRESSURE, control="axial_stress"), [1e5, 2e5])
     assert np.allclose(by_stress["axial_stress"], [1e5, 2e5], rtol=1e-3, atol=0)

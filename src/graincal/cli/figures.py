@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from graincal.campaign import Experiment
 from graincal.data import InputError, Reference, Response
 
-_FRACTIONS = ("axial_strain", "axial_extension", "volumetric_strain")
+_UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
+"""What quantities are drawn in, by the last word of their names, and the factor to that from fractions and Pa."""
 
 
 def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
@@ -41,11 +42,13 @@ def draw_response(response: Response, path: Path, control: str, shown: Sequence[
 
 
 def _to_print(name: str, values: NDArray) -> NDArray:
-    return 100 * values if name in _FRACTIONS else values
+    _, factor = _UNITS.get(name.split("_")[-1], ("", 1.0))
+    return factor * values
 
 
 def _label(name: str) -> str:
-    return name.replace("_", " ") + (" (%)" if name in _FRACTIONS else "")
+    unit, _ = _UNITS.get(name.split("_")[-1], ("", 1.0))
+    return name.replace("_", " ") + (f" ({unit})" if unit else "")
 
 
 def _save(figure: Figure, path: Path) -> None:

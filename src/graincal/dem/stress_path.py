@@ -33,7 +33,7 @@ def undrained_triaxial(confining_pressure: float, axial_strains: Sequence[float]
     """Triaxial shearing at constant volume, as of a saturated sample that cannot drain: each lateral strain is minus half the axial one.
 
     The lateral axes move at half the axial rate, so that all three arrive together and the volume is constant on the way too: to 3/4 ε r dt for a
-    stage of strain ε, rate r and time step dt (a step adds its strain where the logarithm is meant), which is below 1e-7 for a stage of 1 %.
+    stage of strain ε, rate r and time step dt (a step adds its strain where the logarithm is meant), of the order of 1e-7 for a stage of 1 %.
     """
     stages = [consolidation(confining_pressure)]
     for strain in axial_strains:
