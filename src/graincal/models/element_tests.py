@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,13 +17,14 @@ from graincal.models.stress_path import STRAINS, StressPathTest, one_row
 
 
 class _AxialTest(StressPathTest):
-    """A path that is driven by axial strain."""
+    """A path that is driven by axial strain: `path(confining_pressure, axial_strains)` gives its stages."""
 
     controls = STRAINS
+    path: ClassVar[Callable[[float, Sequence[float]], list[_native.Stage]]]
 
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each axial strain."""
-        return type(self).path(self.confining_pressure, -at if self.control == "axial_extension" else at)
+        return self.path(self.confining_pressure, -at if self.control == "axial_extension" else at)
 
 
 class TriaxialTest(_AxialTest):
