@@ -243,10 +243,10 @@ NB_MODULE(_native, module) {
 
     nb::class_<Stage<double>>(module, "Stage", "One stage of a stress path: goals of the three axes, held until the packing is at rest.")
         .def("__init__",
-             [](Stage<double>* self, const std::vector<AxisGoal<double>>& goals, bool record, bool strain_origin) {
-                 new (self) Stage<double>{{goals.at(0), goals.at(1), goals.at(2)}, record, strain_origin};
+             [](Stage<double>* self, const std::vector<AxisGoal<double>>& goals, bool record, bool strain_origin, bool mean_stress) {
+                 new (self) Stage<double>{{goals.at(0), goals.at(1), goals.at(2)}, record, strain_origin, mean_stress};
              },
-             "goals"_a, "record"_a = false, "strain_origin"_a = false);
+             "goals"_a, "record"_a = false, "strain_origin"_a = false, "mean_stress"_a = false);
 
     nb::class_<HeldPacking>(module, "Packing").def(nb::init<const Array2&, const Array1&, const Matrix&>(), "positions"_a, "radii"_a, "edges"_a);
 

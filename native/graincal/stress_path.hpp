@@ -10,6 +10,7 @@ template <class Real> struct Stage {
     AxisGoal<Real> axis[3];
     bool record = false;        // relax with the heavier damping, then write the state down
     bool strain_origin = false; // strains count from the end of this stage
+    bool mean_stress = false;   // stress targets are of the mean stress, which the axes under stress control keep together
 };
 
 template <class Real> struct Rest {
@@ -54,8 +55,23 @@ template <class Team, class Real, class Law> Record<Real> record_state(const Tea
     return record;
 }
 
+// Where a stage holds the mean stress, the axes under stress control share what the others leave of it at this moment.
+template <class Real, class Law> void follow_mean_stress(const Stage<Real>& stage, Simulation<Real, Law>& sim) {
+    if (!stage.mean_stress) return;
+    Real others = 0, sharing = 0;
+    for (Index axis = 0; axis < 3; ++axis) {
+        if (stage.axis[axis].control == Control::stress)
+            sharing += Real(1);
+        else
+            others += sim.stress[axis];
+    }
+    for (Index axis = 0; axis < 3; ++axis)
+        if (stage.axis[axis].control == Control::stress) sim.servo.axis[axis].target = (Real(3) * stage.axis[axis].target - others) / sharing;
+}
+
 template <class Real, class Law> void enter_stage(const Stage<Real>& stage, Simulation<Real, Law>& sim, Progress<Real>& progress, const Rest<Real>& rest) {
     for (Index axis = 0; axis < 3; ++axis) sim.servo.axis[axis] = stage.axis[axis];
+    follow_mean_stress(stage, sim);
     sim.damping = rest.loading_damping;
     progress.relaxing = false;
     progress.stage_start = sim.steps;
@@ -119,6 +135,7 @@ Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage<Real>* s
     for (long long step = 0; step < steps; ++step) {
         if (const Status status = find_forces(team, sim); status != Status::running) return status;
         choose_time_step(team, sim);
+        follow_mean_stress(stages[progress.stage], sim);
         if (stage_is_over(team, stages[progress.stage], sim, progress, rest, records)) {
             if (++progress.stage == stage_count) return Status::finished;
             enter_stage(stages[progress.stage], sim, progress, rest);

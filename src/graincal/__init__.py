@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from graincal.data import Failure, InputError, ParameterSpace, Reference, Response, Samples
 from graincal.dem.packing import Packing
-from graincal.models import PythonModel, TriaxialTest
+from graincal.dem.stress_path_table import StressPathTable
+from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
 
 if TYPE_CHECKING:
     from graincal.campaign import Experiment, FolderError, Result, calibrate, resume
@@ -15,11 +16,14 @@ if TYPE_CHECKING:
 __version__ = version("graincal")
 
 __all__ = [
+    "ConstantMeanStressTest",
     "Experiment",
     "Failure",
     "FolderError",
     "InputError",
+    "IsotropicTest",
     "IterativeBayesianFilter",
+    "OedometricTest",
     "Packing",
     "ParameterSpace",
     "Posterior",
@@ -30,7 +34,10 @@ __all__ = [
     "Samples",
     "SequentialMonteCarloFilter",
     "Stop",
+    "StressPathTable",
+    "TableTest",
     "TriaxialTest",
+    "UndrainedTest",
     "calibrate",
     "resume",
 ]

@@ -71,8 +71,8 @@ def write_triaxial(folder, *replacements):
         ("range = [0, 1] }", "range = [0, nan] }", "parameters.strength.range must be [low, high] with low < high, not [0, NaN]."),
         ("{ range = [0, 1] }", "3", "parameters.strength must be a table with range, unit, not 3."),
         ('name        = "drained"', "", "experiment 1: name is missing, and text was expected."),
-        (ENTRY, "", 'experiment "drained": model is missing, and a table with kind = "triaxial" or "python" was expected.'),
-        ('"python"', '"lammps"', 'experiment "drained": model must be a table with kind = "triaxial" or "python", not {"kind": "lammps", "function": "soil:respond"}.'),
+        (ENTRY, "", 'experiment "drained": model is missing, and a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python was expected.'),
+        ('"python"', '"lammps"', 'experiment "drained": model must be a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, not {"kind": "lammps", "function": "soil:respond"}.'),
         ('"soil:respond"', '"soil:respond", timeout = 0', 'experiment "drained": model.timeout must be a number of seconds above 0, not 0.'),
         ("soil:respond", "soil", 'experiment "drained": function must be named as "module:name", not "soil".'),
         ("reference.csv", "no.csv", 'experiment "drained": {folder}/no.csv: there is no such file, and a laboratory file was expected here.'),
@@ -114,7 +114,7 @@ def test_several_mistakes_are_said_together(tmp_path):
         ("range = [10, 40]", "range = [-1, 40]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [-1, 40]."),
         ("range = [7, 9]", "range = [1e7, 1e11]", "parameters.log_E.range must hold numbers up to 20, the log10 of the modulus in Pa, not [1e+07, 1e+11]; for a modulus of 1e+07 to 1e+11 Pa write [7, 11]."),
         ("range = [7, 9]", "range = [-5, 21]", "parameters.log_E.range must hold numbers up to 20, the log10 of the modulus in Pa, not [-5, 21]."),
-        ('"drained"', '"drained"\ncontrol = "volumetric_strain"', "volumetric_strain is the control"),
+        ('"drained"', '"drained"\ncontrol = "volumetric_strain"', 'experiment "drained": a triaxial test is driven by axial_strain or axial_extension, not by volumetric_strain.'),
     ],
 )
 def test_mistakes_about_a_triaxial_test(tmp_path, old, new, said):

@@ -18,6 +18,7 @@ from graincal import demo
 from graincal.campaign.status import status
 from graincal.campaign.store import holds_campaign
 from graincal.cli import app, main
+from graincal.models import TESTS
 
 from .hyperbola import reference, respond, write_calibration
 
@@ -51,7 +52,7 @@ def campaign(tmp_path_factory):
     return folder / "campaign"
 
 
-@pytest.mark.parametrize("command", [*(command.callback.__name__ for command in app.registered_commands), "simulate triaxial"])
+@pytest.mark.parametrize("command", [*(command.callback.__name__ for command in app.registered_commands), *(f"simulate {kind}" for kind in TESTS)])
 def test_every_command_has_help_with_an_example(call, command):
     called = call(*command.split(), "--help")
     assert called.code == 0 and f"Example:  graincal {command}" in called.out
@@ -202,9 +203,63 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     assert "coordination_number" in result.response(0).values
 
 
+SOFT = "--packing {packing} -p log_E=7.5 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5".format(packing=PACKING).split()
+
+
+@pytest.mark.parametrize(
+    ("path", "control", "values"),
+    [
+        ("triaxial --confining-pressure 2e5 --axial-strain -0.01 --increment 0.004", "axial_strain", [0, -0.004, -0.008, -0.01]),
+        ("constant-mean-stress --confining-pressure 2e5 --axial-strain 0.01 --increment 0.005", "axial_strain", [0, 0.005, 0.01]),
+        ("undrained --confining-pressure 2e5 --axial-strain -0.01 --increment 0.005", "axial_strain", [0, -0.005, -0.01]),
+        ("oedometric --confining-pressure 2e4 --axial-strain 0.01 --increment 0.005", "axial_strain", [0, 0.005, 0.01]),
+        ("oedometric --confining-pressure 2e4 --axial-stress 1e5 --axial-stress 2e5 --axial-stress 1e5", "axial_stress", [1e5, 2e5, 1e5]),
+        ("isotropic --confining-pressure 1e5 --pressure 2e5 --pressure 1e5", "mean_stress", [2e5, 1e5]),
+        ("table --confining-pressure 1e5 --table path.csv", "stage", [1, 3]),
+    ],
+)
+def test_each_path_is_simulated(call, tmp_path, monkeypatch, path, control, values):
+    monkeypatch.chdir(tmp_path)
+    Path("path.csv").write_text("strain_x,stress_y,strain_z,record\n0,1e5,0.001,\n0,2e5,0.001,no\n0,1e5,0.002,yes\n")
+    called = call("simulate", *path.split(), *SOFT, "-o", "curve.csv", "--plot", "curve.png")
+    assert called.code == 0 and called.out == "" and called.err.startswith(f"{len(values)} states") and Path("curve.png").exists()
+    curve = np.genfromtxt("curve.csv", delimiter=",", names=True)
+    assert curve.dtype.names[0] == control and {"stress_ratio", "void_ratio", "coordination_number"} < set(curve.dtype.names)
+    # Strains to 1e-6 and stresses to a thousandth, as the servo's tolerances are.
+    np.testing.assert_allclose(curve[control], values, rtol=1e-3 if control.endswith("stress") else 0, atol=1e-6)
+
+
+def test_another_path_is_calibrated_resumed_and_reported(call, tmp_path):
+    given = ["simulate", "oedometric", "--confining-pressure", "5e4", "--axial-stress", "1e5", "--axial-stress", "2e5"]
+    assert call(*given, *SOFT, "-o", tmp_path / "reference.csv", "--quiet").code == 0
+    text = (tmp_path / "reference.csv").read_text()
+    (tmp_path / "reference.csv").write_text(text.replace("axial_stress", "axial_stress [Pa]", 1))
+    file = tmp_path / "oedometric.toml"
+    file.write_text(
+        "[parameters]\nlog_E = { range = [7, 8] }\nphi = { range = [20, 40] }\n"
+        '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\ncontrol = "axial_stress"\nobservables = { void_ratio = {} }\n'
+        f'model = {{ kind = "oedometric", packing = "{PACKING}", confining_pressure = 5e4, fixed = {{ nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}\n'
+        "[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
+    )
+    checked = call("check", file)
+    assert checked.code == 0 and "oedometric test at 50000 Pa, 500 particles" in checked.out and "Expect 6 evaluations an iteration" in checked.out
+    assert call("calibrate", file, "-o", tmp_path / "campaign").code == 0
+    assert call("resume", tmp_path / "campaign").code == 0
+    result = gc.Result.read(tmp_path / "campaign")
+    assert result.failures == 0 and result.experiments[0].model.control == "axial_stress"
+    report = (tmp_path / "campaign" / "report.html").read_text()
+    assert "graincal simulate oedometric" in report and report.count("--axial-stress ") == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        ("simulate oedometric --packing x --confining-pressure 1e5 -p phi=1", "either --axial-strain or --axial-stress was expected, and neither is given."),
+        (
+            "simulate oedometric --packing x --confining-pressure 1e5 -p phi=1 --axial-strain 0.1 --axial-stress 2e5",
+            "either --axial-strain or --axial-stress was expected, and both are given.",
+        ),
+        ("simulate table --packing x -p phi=1 --table nowhere.csv", "nowhere.csv: the table of a stress path cannot be read (No such file or directory)."),
         ("calibrate nowhere.toml -o out", "nowhere.toml: a calibration file was expected here (No such file or directory)."),
         ("resume nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
         ("status nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
@@ -216,7 +271,7 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
         ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 -p phi=2", "-p phi=2: phi is given twice."),
         (
             "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --axial-strain 20",
-            "--axial-strain and --increment must be fractions with 0 < increment <= strain < 1, not 20 and 0.004.",
+            "--axial-strain and --increment must be fractions with 0 < increment <= |strain| < 1, not 20 and 0.004.",
         ),
         (
             "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.csv --increment 0.004",

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from graincal import Packing, demo
-from graincal.models.triaxial import PARAMETERS
+from graincal.models.stress_path import PARAMETERS
 
 from .curves import COMPARED, Replicates, error, mean_curve, read_columns, replicate_floor, sample_error
 

@@ -14,8 +14,8 @@ from graincal.campaign.experiment import Experiment
 from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
 from graincal.inference import METHODS, IterativeBayesianFilter, Stop
-from graincal.models import TriaxialTest
-from graincal.models.triaxial import check_ranges
+from graincal.models import StressPathTest
+from graincal.models.stress_path import check_ranges
 
 FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
 
@@ -75,12 +75,14 @@ class Calibration:
         return available_cores() if self.workers == "all" else self.workers
 
     def _check_model(self, experiment: Experiment) -> None:
-        control = experiment.reference.control_name
-        if isinstance(experiment.model, TriaxialTest):
-            if control != "axial_strain":
-                raise InputError(f'experiment "{experiment.name}": a triaxial test is driven by axial_strain, and its reference\'s control is {control}.')
+        control, model = experiment.reference.control_name, experiment.model
+        if isinstance(model, StressPathTest):
+            if control != model.control:
+                raise InputError(
+                    f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
+                )
             check_ranges(self.space)
-        returned = getattr(experiment.model, "returned", None)
+        returned = getattr(model, "returned", None)
         if returned is not None and (missing := set(experiment.reference.names) - set(returned)):
             raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too.')
         # A model that is given no samples says what is wrong with everything else.

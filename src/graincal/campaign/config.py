@@ -13,8 +13,9 @@ from graincal.campaign.experiment import Experiment
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
+from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import METHODS, Stop
-from graincal.models import PythonModel, TriaxialTest
+from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -57,8 +58,8 @@ class ReferenceFile(Section):
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
 
 
-class TriaxialModel(Section):
-    kind: Literal["triaxial"] = Field(description='"triaxial"')
+class StressPathModel(Section):
+    kind: str = Field(description=f"one of {', '.join(TESTS)}")
     confining_pressure: Positive = Field(description="a number above 0, in Pa")
     density_scaling: Positive = Field(1e3, description="a number above 0")
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
@@ -73,7 +74,7 @@ class TriaxialModel(Section):
     _PREPARATION = ("particles", "void_ratio", "grading", "seed")
 
     @model_validator(mode="after")
-    def _one_packing(self) -> TriaxialModel:
+    def _one_packing(self) -> StressPathModel:
         prepared = self.model_fields_set & set(self._PREPARATION)
         if self.packing is not None and prepared:
             raise mistake(f" has both packing and {', '.join(sorted(prepared))}, and one of them was expected")
@@ -81,16 +82,28 @@ class TriaxialModel(Section):
             raise mistake(" needs either packing, the name of a file, or particles and void_ratio of one to prepare")
         return self
 
-    def build(self, folder: Path) -> TriaxialTest:
-        """The test that is described."""
-        if self.packing is not None:
-            packing = Packing.read(folder / self.packing)
-        else:
-            from graincal.dem.preparation import prepare
+    def build(self, folder: Path, control: str) -> StressPathTest:
+        """The test that is described, driven by `control`."""
+        return TESTS[self.kind](self._packing(folder), control=control, **self._options(folder))
 
-            file = folder / self.grading
-            packing = prepare(self.particles, self.void_ratio, file if file.exists() else self.grading, self.seed)
-        return TriaxialTest(packing, **self.given("kind", "packing", *self._PREPARATION))
+    def _options(self, folder: Path) -> dict[str, Any]:
+        return self.given("kind", "packing", *self._PREPARATION)
+
+    def _packing(self, folder: Path) -> Packing:
+        if self.packing is not None:
+            return Packing.read(folder / self.packing)
+        from graincal.dem.preparation import prepare
+
+        file = folder / self.grading
+        return prepare(self.particles, self.void_ratio, file if file.exists() else self.grading, self.seed)
+
+
+class TableModel(StressPathModel):
+    confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
+    table: str = Field(description="the name of a file with the stages of the path")
+
+    def _options(self, folder: Path) -> dict[str, Any]:
+        return super()._options(folder) | {"table": StressPathTable.read(folder / self.table)}
 
 
 class FunctionModel(Section):
@@ -99,12 +112,12 @@ class FunctionModel(Section):
     control: list[float] | None = Field(None, description="a list of the control values that the function returns values at")
     timeout: Positive | None = Field(None, description="a number of seconds above 0")
 
-    def build(self, folder: Path) -> PythonModel:
-        """The model that is described."""
+    def build(self, folder: Path, control: str) -> PythonModel:
+        """The model that is described, which is not told what its control values are of."""
         return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
-MODELS: dict[str, type[Section]] = {"triaxial": TriaxialModel, "python": FunctionModel}
+MODELS: dict[str, type[Section]] = dict.fromkeys(TESTS, StressPathModel) | {"table": TableModel, "python": FunctionModel}
 
 
 class ExperimentEntry(Section):
@@ -112,7 +125,7 @@ class ExperimentEntry(Section):
     reference: ReferenceFile = Field(description="the name of a laboratory file, or a table [experiment.reference]")
     control: str = Field("axial_strain", description="the name of the control variable")
     observables: dict[str, Observable] = Field(min_length=1, description="a table such as { stress_ratio = { variance_share = 0.5 } }")
-    model: TriaxialModel | FunctionModel = Field(description='a table with kind = "triaxial" or "python"')
+    model: StressPathModel | FunctionModel = Field(description=f"a table whose kind is one of {', '.join(MODELS)}")
 
     @field_validator("model", mode="plain")
     @classmethod
@@ -138,14 +151,14 @@ class ExperimentEntry(Section):
     def build(self, folder: Path) -> Experiment:
         """The experiment that is described, with its reference and packing read."""
         try:
-            return Experiment(self.name, self.model.build(folder), self.read_reference(folder))
+            return Experiment(self.name, self.model.build(folder, self.control), self.read_reference(folder))
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
 
     def read_reference(self, folder: Path) -> Reference:
         """The reference that is described."""
         options = self.reference.given("file")
-        if isinstance(self.model, TriaxialModel):
+        if self.model.kind == TriaxialTest.kind:  # on other paths the lateral stress changes
             options.setdefault("confining_pressure", self.model.confining_pressure)
         errors = {name: entry.measurement_error for name, entry in self.observables.items() if entry.measurement_error}
         shares = {name: entry.variance_share for name, entry in self.observables.items()}

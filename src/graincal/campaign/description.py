@@ -14,8 +14,9 @@ from graincal.campaign.calibration import Calibration
 from graincal.campaign.experiment import Experiment, Model
 from graincal.data import Failure, InputError, ParameterSpace, Reference, Response, Samples
 from graincal.dem.packing import Packing
+from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import Stop
-from graincal.models import PythonModel, TriaxialTest
+from graincal.models import TESTS, PythonModel, StressPathTest, TableTest
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -80,16 +81,22 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
 
 
 def _describe_model(model: Model) -> dict[str, Any]:
-    if isinstance(model, TriaxialTest):
-        return {
-            "kind": "triaxial",
+    if isinstance(model, StressPathTest):
+        described = {
+            "kind": model.kind,
             "packing": {name: getattr(model.packing, name).tolist() for name in ("positions", "radii", "edges")} | {"name": model.packing.name},
-            "confining_pressure": float(model.confining_pressure),
+            "confining_pressure": None if model.confining_pressure is None else float(model.confining_pressure),
             "density_scaling": float(model.density_scaling),
             "fixed": dict(model.fixed),
             "largest_flagged_share": model.largest_flagged_share,
             "step_limit": model.step_limit,
         }
+        # Only where it is not the first: descriptions are compared with those of campaigns stored before there was a choice.
+        if model.control != model.controls[0]:
+            described["control"] = model.control
+        if isinstance(model, TableTest):
+            described["table"] = asdict(model.table)
+        return described
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
         folder = str(model.folder.resolve()) if model.folder else None
@@ -100,9 +107,11 @@ def _describe_model(model: Model) -> dict[str, Any]:
 
 def _restore_model(described: Mapping[str, Any]) -> Model:
     options = {key: value for key, value in described.items() if key != "kind"}
-    if described["kind"] == "triaxial":
+    if described["kind"] in TESTS:
         packing = {name: np.array(value) if name != "name" else value for name, value in options.pop("packing").items()}
-        return TriaxialTest(Packing(**packing), **options)
+        if "table" in options:
+            options["table"] = StressPathTable.restore(**options["table"])
+        return TESTS[described["kind"]](Packing(**packing), **options)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         # Campaigns of before there was a time-out have none.

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.experiment import Experiment
 from graincal.data import Failure, ParameterSpace, Samples
-from graincal.models import TriaxialTest
+from graincal.models import StressPathTest
+from graincal.models.stress_path import STRAINS
 
 PILOT_SHARE = 0.05
-"""The share of a triaxial test's strain that is simulated to time it."""
+"""The share of a test's strain that is simulated to time it."""
 
 
 @dataclass(frozen=True)
@@ -32,15 +33,15 @@ class Expectation:
 
 
 def expect(calibration: Calibration) -> list[Expectation]:
-    """Time each experiment in the middle of the ranges: a triaxial test at the beginning of its strain, a function whole."""
+    """Time each experiment in the middle of the ranges: a test that is driven by strain at the beginning of it, others whole."""
     samples = calibration.new_filter().ask()
     return [_expect(experiment, calibration.space, samples) for experiment in calibration.experiments]
 
 
 def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> Expectation:
     middle = Samples(np.zeros(1, dtype=np.int64), space.from_unit(np.full((1, space.size), 0.5)), space.names)
-    if isinstance(experiment.model, TriaxialTest):
-        pilot = _time_triaxial(experiment, middle)
+    if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
+        pilot = _time_beginning(experiment, middle)
     else:
         ((_, pilot),) = experiment.evaluate(middle, workers=1)
         pilot = pilot if isinstance(pilot, Failure) else pilot.details.get("seconds")
@@ -52,7 +53,7 @@ def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> 
     return Expectation(experiment.name, float(seconds.sum()), float(seconds.max()), pilot)
 
 
-def _time_triaxial(experiment: Experiment, middle: Samples) -> float | Failure:
+def _time_beginning(experiment: Experiment, middle: Samples) -> float | Failure:
     """The seconds of a whole test, from its consolidation and the beginning of its shearing."""
     control = experiment.reference.control
     strains = np.linspace(0, PILOT_SHARE * control[-1], 1 + max(1, round(PILOT_SHARE * len(control))))
@@ -66,7 +67,7 @@ def _time_triaxial(experiment: Experiment, middle: Samples) -> float | Failure:
 
 def _relative_lengths(experiment: Experiment, samples: Samples, middle: Samples) -> NDArray[np.float64]:
     """How much longer the evaluation of each sample takes than that of the middle: the critical time step falls with the root of the stiffness."""
-    if not isinstance(experiment.model, TriaxialTest) or "log_E" not in samples.names:
+    if not isinstance(experiment.model, StressPathTest) or "log_E" not in samples.names:
         return np.ones(len(samples))
     stiffness = samples.names.index("log_E")
     return 10 ** (0.5 * (samples.theta[:, stiffness] - middle.theta[0, stiffness]))

@@ -43,13 +43,14 @@ def check(
 
 def _describe(experiment: Experiment) -> list[str]:
     from graincal.cli.text import resample, sparkline
-    from graincal.models import TriaxialTest
+    from graincal.models import StressPathTest
 
     reference, model = experiment.reference, experiment.model
     lines = [f'experiment "{experiment.name}"']
-    if isinstance(model, TriaxialTest):
+    if isinstance(model, StressPathTest):
         packing = model.packing
-        lines.append(f"  drained triaxial test at {model.confining_pressure:g} Pa, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
+        at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
+        lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from graincal.campaign.config import TriaxialModel, read_references
+from graincal.campaign.config import read_references
 from graincal.data import InputError, Reference
-from graincal.models.triaxial import RETURNED
+from graincal.models import TriaxialTest
+from graincal.models.stress_path import RETURNED
 
 
 def read_comparison(path: Path, confining_pressure: float) -> Reference:
@@ -26,7 +27,7 @@ def read_comparison(path: Path, confining_pressure: float) -> Reference:
 
 def _of_calibration(path: Path, confining_pressure: float) -> Reference:
     found = read_references(path)
-    pressures = [entry.model.confining_pressure if isinstance(entry.model, TriaxialModel) else None for entry, _ in found]
+    pressures = [entry.model.confining_pressure if entry.model.kind == TriaxialTest.kind else None for entry, _ in found]
     fitting = [reference for pressure, (_, reference) in zip(pressures, found) if pressure is None or np.isclose(pressure, confining_pressure)]
     if len(fitting) == 1:
         return fitting[0]

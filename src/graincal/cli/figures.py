@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from graincal.campaign import Experiment
 from graincal.data import InputError, Reference, Response
 
-_FRACTIONS = ("axial_strain", "volumetric_strain")
+_UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
+"""What quantities are drawn in, by the last word of their names, and the factor to that from fractions and Pa."""
 
 
 def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
@@ -26,9 +27,9 @@ def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
     _save(figure, path)
 
 
-def draw_response(response: Response, path: Path, control: str, reference: Reference | None = None) -> None:
-    """Stress ratio and volumetric strain of a response, beside a reference if there is one."""
-    shown: Mapping[str, NDArray] = reference.observables if reference else {name: response.values[name] for name in ("stress_ratio", "volumetric_strain")}
+def draw_response(response: Response, path: Path, control: str, shown: Sequence[str], reference: Reference | None = None) -> None:
+    """The named columns of a response, or the observables of a reference beside it."""
+    shown = tuple(reference.observables) if reference else shown
     figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
     for column, name in enumerate(shown):
         axes = figure.add_subplot(1, len(shown), 1 + column)
@@ -41,11 +42,13 @@ def draw_response(response: Response, path: Path, control: str, reference: Refer
 
 
 def _to_print(name: str, values: NDArray) -> NDArray:
-    return 100 * values if name in _FRACTIONS else values
+    _, factor = _UNITS.get(name.split("_")[-1], ("", 1.0))
+    return factor * values
 
 
 def _label(name: str) -> str:
-    return name.replace("_", " ") + (" (%)" if name in _FRACTIONS else "")
+    unit, _ = _UNITS.get(name.split("_")[-1], ("", 1.0))
+    return name.replace("_", " ") + (f" ({unit})" if unit else "")
 
 
 def _save(figure: Figure, path: Path) -> None:

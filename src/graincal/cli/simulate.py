@@ -1,58 +1,160 @@
-"""graincal simulate: one test at given parameters."""
+"""graincal simulate: one test at given parameters, by a command for each stress path."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
 from graincal.data import InputError
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
     from graincal.data import Reference, Response
+    from graincal.models import StressPathTest
 
 simulate = typer.Typer(no_args_is_help=True, help="Simulate one test at given parameters.")
-EXAMPLE = (
-    "Example:  graincal simulate triaxial --packing packing.csv --confining-pressure 0.5e6"
-    " -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 -o curve.csv"
-)
+
+ConfiningPressure = Annotated[float, typer.Option(help="Of the isotropic consolidation that the path begins with, in Pa.")]
+AxialStrain = Annotated[float, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.")]
+Increment = Annotated[float, typer.Option(help="The axial strain between recorded states.")]
 
 
-@simulate.command(epilog=EXAMPLE)
+@dataclass(frozen=True)
+class Simulation:
+    """The options of every path: what is simulated, and where the curve goes."""
+
+    packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")]
+    parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
+    density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = 1e3
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None
+    plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
+
+    def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, **options: Any) -> None:
+        """Run the test of that kind to the control values `at`, and write what it gave; `options` are the test's own."""
+        import numpy as np
+
+        from graincal import Packing
+        from graincal.data import Failure, Samples
+        from graincal.models import TESTS
+
+        theta = _parse(self.parameters)
+        # A state that is not at rest is a warning here, for a person looks at the curve.
+        test = TESTS[kind](Packing.read(self.packing), density_scaling=self.density_scaling, largest_flagged_share=1.0, **options)
+        samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))
+        ((_, outcome),) = test.evaluate(samples, at=at, workers=1)
+        if isinstance(outcome, Failure):
+            raise InputError(f"The simulation gave no curve: {outcome.reason}")
+        _write(outcome, test, self.output, self.plot, reference)
+        if not self.quiet:
+            typer.echo("\n".join(_describe(outcome, reference)), err=True)
+
+
+def _path(example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Makes a command of a function whose first argument is the Simulation: the command has that one's options beside the function's own."""
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        name = function.__name__.replace("_", "-")
+
+        def command(**given: Any) -> None:
+            shared = {field.name: given.pop(field.name) for field in fields(Simulation)}
+            function(Simulation(**shared), **given)
+
+        command.__doc__ = function.__doc__
+        parameters = _options(Simulation) + _options(function)[1:]
+        command.__signature__ = inspect.Signature(parameters)
+        epilog = f"Example:  graincal simulate {name} --packing packing.csv {example} -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 -o curve.csv"
+        simulate.command(name, epilog=epilog)(command)
+        return function
+
+    return register
+
+
+def _options(function: Callable[..., Any]) -> list[inspect.Parameter]:
+    """A function's or dataclass' arguments, their annotations resolved."""
+    hints = get_type_hints(function, include_extras=True)
+    return [
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name])
+        for name, parameter in inspect.signature(function).parameters.items()
+    ]
+
+
+@_path("--confining-pressure 0.5e6")
 def triaxial(
-    packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")],
-    confining_pressure: Annotated[float, typer.Option(help="In Pa.")],
-    parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")],
-    axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction.", show_default="0.2")] = None,
+    simulation: Simulation,
+    confining_pressure: ConfiningPressure,
+    axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.", show_default="0.2")] = None,
     increment: Annotated[float | None, typer.Option(help="The axial strain between recorded states.", show_default="0.004")] = None,
     at: Annotated[Path | None, typer.Option(help="Record at the axial strains of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
-    density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = 1e3,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False,
 ) -> None:
-    """A drained triaxial test of a packing by graincal's own engine."""
-    import numpy as np
-
-    from graincal import Packing, TriaxialTest
+    """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
     from graincal.cli.comparison import read_comparison
-    from graincal.data import Failure, Samples
 
-    theta = _parse(parameters)
     if at and (axial_strain is not None or increment is not None):
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
     reference = read_comparison(at, confining_pressure) if at else None
     strains = reference.control if reference else _strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
-    # A state that is not at rest is a warning here, for a person looks at the curve.
-    test = TriaxialTest(Packing.read(packing), confining_pressure, density_scaling, largest_flagged_share=1.0)
-    samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))
-    ((_, outcome),) = test.evaluate(samples, at=strains, workers=1)
-    if isinstance(outcome, Failure):
-        raise InputError(f"The simulation gave no curve: {outcome.reason}")
-    _write(outcome, output, plot, reference)
-    if not quiet:
-        typer.echo("\n".join(_describe(outcome, reference)), err=True)
+    simulation.run("triaxial", strains, reference, confining_pressure=confining_pressure)
+
+
+@_path("--confining-pressure 0.5e6 --axial-strain 0.10")
+def constant_mean_stress(
+    simulation: Simulation, confining_pressure: ConfiningPressure, axial_strain: AxialStrain = 0.20, increment: Increment = 0.004
+) -> None:
+    """A triaxial test at constant mean stress: the lateral stresses make up for the axial one."""
+    simulation.run("constant-mean-stress", _strains(axial_strain, increment), confining_pressure=confining_pressure)
+
+
+@_path("--confining-pressure 0.5e6 --axial-strain 0.10")
+def undrained(simulation: Simulation, confining_pressure: ConfiningPressure, axial_strain: AxialStrain = 0.20, increment: Increment = 0.004) -> None:
+    """An undrained triaxial test of a saturated sample, by its equivalent at constant volume: stresses are effective ones."""
+    simulation.run("undrained", _strains(axial_strain, increment), confining_pressure=confining_pressure)
+
+
+@_path("--confining-pressure 1e4 --axial-stress 1e5 --axial-stress 8e5 --axial-stress 1e5")
+def oedometric(
+    simulation: Simulation,
+    confining_pressure: ConfiningPressure,
+    axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction.")] = None,
+    increment: Increment = 0.004,
+    axial_stress: Annotated[list[float] | None, typer.Option(help="Load to this axial stress instead, in Pa; once for each, up and down.")] = None,
+) -> None:
+    """One-dimensional compression without lateral strain, to an axial strain or to axial stresses."""
+    if (axial_strain is None) == (not axial_stress):
+        raise InputError(f"either --axial-strain or --axial-stress was expected, and {'neither is' if axial_strain is None else 'both are'} given.")
+    if axial_stress:
+        simulation.run("oedometric", axial_stress, confining_pressure=confining_pressure, control="axial_stress")
+    else:
+        simulation.run("oedometric", _strains(axial_strain, increment), confining_pressure=confining_pressure)
+
+
+@_path("--confining-pressure 5e4 --pressure 1e5 --pressure 8e5 --pressure 1e5")
+def isotropic(
+    simulation: Simulation,
+    confining_pressure: ConfiningPressure,
+    pressure: Annotated[list[float], typer.Option(help="Load to this pressure, in Pa; once for each, up and down.")],
+) -> None:
+    """Isotropic compression to a list of pressures."""
+    simulation.run("isotropic", pressure, confining_pressure=confining_pressure)
+
+
+@_path("--table path.csv --confining-pressure 1e5")
+def table(
+    simulation: Simulation,
+    table: Annotated[Path, typer.Option(help="A row for each stage, CSV: stress_x or strain_x, rate_x, ... and record.", metavar="FILE")],
+    confining_pressure: Annotated[float | None, typer.Option(help="Of an isotropic consolidation before the table's first row, in Pa; none without it.")] = None,
+) -> None:
+    """A stress path of your own: a table with a stress or a strain of each axis for each stage."""
+    from graincal import StressPathTable
+
+    stages = StressPathTable.read(table)
+    simulation.run("table", stages.recorded, confining_pressure=confining_pressure, table=stages)
 
 
 def _parse(parameters: list[str]) -> dict[str, float]:
@@ -69,26 +171,28 @@ def _parse(parameters: list[str]) -> dict[str, float]:
     return theta
 
 
-def _strains(last: float, increment: float):
+def _strains(last: float, increment: float) -> NDArray:
     import numpy as np
 
-    if not 0 < increment <= last < 1:
-        raise InputError(f"--axial-strain and --increment must be fractions with 0 < increment <= strain < 1, not {last:g} and {increment:g}.")
-    states = round(last / increment)
-    return np.append(increment * np.arange(states), last) if abs(states * increment - last) < 1e-9 else np.append(np.arange(0, last, increment), last)
+    size = abs(last)
+    if not 0 < increment <= size < 1:
+        raise InputError(f"--axial-strain and --increment must be fractions with 0 < increment <= |strain| < 1, not {last:g} and {increment:g}.")
+    states = round(size / increment)
+    sizes = np.append(increment * np.arange(states), size) if abs(states * increment - size) < 1e-9 else np.append(np.arange(0, size, increment), size)
+    return sizes if last > 0 else 0.0 - sizes
 
 
-def _write(curve: Response, output: Path | None, plot: Path | None, reference: Reference | None) -> None:
+def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Path | None, reference: Reference | None) -> None:
     from graincal.campaign.curves import as_table, write_curve
 
     if output is not None:
-        write_curve(output, curve)
+        write_curve(output, curve, test.control)
     elif plot is None:
-        typer.echo(as_table(curve), nl=False)
+        typer.echo(as_table(curve, test.control), nl=False)
     if plot is not None:
         from graincal.cli.figures import draw_response
 
-        draw_response(curve, plot, "axial_strain", reference)
+        draw_response(curve, plot, test.control, test.shown, reference)
 
 
 def _describe(curve: Response, reference: Reference | None) -> list[str]:

@@ -6,26 +6,26 @@ import shlex
 import tomllib
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
 from graincal.data import Reference, Samples
-from graincal.models import TriaxialTest
-from graincal.models.triaxial import PARAMETERS
+from graincal.models import StressPathTest, TableTest
+from graincal.models.stress_path import PARAMETERS, STRAINS
 
 PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
 
 
-def simulate_command(test: TriaxialTest, samples: Samples, reference: Reference) -> str:
-    """The line for one sample of a triaxial test, over the strains of a reference, in steps as wide as the reference's."""
+def simulate_command(test: StressPathTest, samples: Samples, reference: Reference) -> str:
+    """The line for one sample of a built-in test, over the strains of a reference in steps as wide as the reference's, or to its stresses."""
     theta = dict(zip(PARAMETERS, test.arrange(samples)[0]))
-    strain = reference.control
-    increment = np.median(np.diff(strain, prepend=0.0 if strain[0] > 0 else strain[:0]))
-    words = ["graincal", "simulate", "triaxial", "--packing", test.packing.name if from_file(test) else PLACEHOLDER]
-    words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
+    words = ["graincal", "simulate", test.kind, "--packing", test.packing.name if from_file(test) else PLACEHOLDER]
+    if test.confining_pressure is not None:
+        words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
     for name, value in theta.items():
         words += ["-p", f"{name}={value:.8g}"]
-    words += ["--axial-strain", f"{strain[-1]:.4g}", "--increment", f"{increment:.4g}"]
+    words += _path(test, reference.control)
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)
 
@@ -41,6 +41,17 @@ def pack_command(experiment: Experiment, source: str, output: str = PLACEHOLDER)
     return shlex.join(words)
 
 
-def from_file(test: TriaxialTest) -> bool:
+def _path(test: StressPathTest, control: NDArray[np.float64]) -> list[str]:
+    if isinstance(test, TableTest):
+        return ["--table", test.table.name]
+    if test.control in STRAINS:
+        increment = np.median(np.diff(control, prepend=0.0 if control[0] > 0 else control[:0]))
+        last = -control[-1] if test.control == "axial_extension" else control[-1]
+        return ["--axial-strain", f"{last:.4g}", "--increment", f"{increment:.4g}"]
+    option = {"axial_stress": "--axial-stress", "mean_stress": "--pressure"}[test.control]
+    return [word for stress in control for word in (option, f"{stress:.8g}")]
+
+
+def from_file(test: StressPathTest) -> bool:
     """Whether the test's packing was read from a file, whose path is then its name."""
     return test.packing.name.endswith(".csv")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graincal.campaign import Result
-from graincal.models import TriaxialTest
+from graincal.models import StressPathTest
 from graincal.report import tables
 from graincal.report.answer import answer_of, as_samples
 from graincal.report.command import PLACEHOLDER, from_file, pack_command, simulate_command
@@ -68,14 +68,15 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
 
 
 def _simulate_again(page: Page, result: Result) -> None:
-    """The lines that simulate the answer again in each triaxial experiment."""
-    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, TriaxialTest)]
+    """The lines that simulate the answer again in each experiment with a built-in test."""
+    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
     candidate = answer_of(result)
     if not tests or candidate is None:
         return
     page.heading("Simulate it again")
     word = "most probable" if result.most_probable else "best"
-    page.paragraph([f"The {word} sample in the built-in triaxial test, to paste into a terminal:"])
+    titles = " and ".join(dict.fromkeys(experiment.model.title for experiment in tests))
+    page.paragraph([f"The {word} sample in the built-in {titles}, to paste into a terminal:"])
     for experiment in tests:
         page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference))
     packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
 
 from graincal.campaign import Experiment, Result
-from graincal.models import TriaxialTest
+from graincal.models import StressPathTest
 from graincal.report import numbers
 from graincal.report.findings import PROBABILITY, Finding
 from graincal.report.quantities import parameters, quantity
@@ -97,9 +97,10 @@ def origin(result: Result) -> str:
 
 def _model(experiment: Experiment) -> str:
     model = experiment.model
-    if isinstance(model, TriaxialTest):
+    if isinstance(model, StressPathTest):
+        at = f" at {numbers.pressure(model.confining_pressure)}" if model.confining_pressure is not None else ""
         return (
-            f"triaxial test at {numbers.pressure(model.confining_pressure)}, {numbers.count(model.packing.count, 'particle')} "
+            f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
             f"({model.packing.name}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
         )

@@ -1,11 +1,13 @@
-"""The built-in model: a drained triaxial test by graincal's own DEM engine."""
+"""What the built-in models share: a packing that graincal's own DEM engine drives along a stress path."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from types import MappingProxyType
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +16,6 @@ from graincal import _native
 from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
-from graincal.dem.stress_path import drained_triaxial
 from graincal.execution import available_cores
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
@@ -22,6 +23,9 @@ PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 
 DENSITY = 2650.0
 """Density of quartz grains, kg/m^3, before scaling."""
+
+STRAINS = ("axial_strain", "axial_extension")
+"""Controls that are strains: the axial one, or extension counted positive, for a reference must increase."""
 
 RETURNED = (
     "axial_strain", "volumetric_strain", "stress_ratio", "void_ratio", "mean_stress", "deviatoric_stress", "coordination_number", "contacts",
@@ -45,13 +49,26 @@ _FAILURES = {
 
 
 @dataclass(frozen=True, eq=False)
-class TriaxialTest:
-    """A drained triaxial test of a packing, with the contact law of Hartmann, Cheng, Thornton (2022).
+class StressPathTest(ABC):
+    """A test of a packing along a stress path, with the contact law of Hartmann, Cheng, Thornton (2022).
 
-    confining_pressure: Pa. density_scaling: factor on the grains' density (the paper's 1e3). fixed: parameters that are not calibrated, with their
-    values. largest_flagged_share: a run in which a larger share of the states was not at rest within its step limit is a Failure; fewer are counted in
-    the response's details. step_limit: of a whole run.
+    confining_pressure: Pa, of the isotropic consolidation that the path begins with. density_scaling: factor on the grains' density (the paper's 1e3).
+    fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
+    within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which states
+    are recorded are of, one of the path's `controls`; by default the first of them.
+
+    What one path differs in from another is below: its name in files and on the command line, what it is called, and its stages.
     """
+
+    kind: ClassVar[str]
+    title: ClassVar[str]
+    controls: ClassVar[tuple[str, ...]]
+    also_returned: ClassVar[tuple[str, ...]] = ()
+    """Columns of a response beyond RETURNED."""
+    shown: ClassVar[tuple[str, str]] = ("stress_ratio", "volumetric_strain")
+    """The columns that a figure shows."""
+    optional: ClassVar[tuple[str, ...]] = ()
+    """Fields that may be None."""
 
     packing: Packing
     confining_pressure: float
@@ -59,10 +76,20 @@ class TriaxialTest:
     fixed: Mapping[str, float] = field(default_factory=dict)
     largest_flagged_share: float = 0.1
     step_limit: int = 20_000_000
+    control: str = ""
+
+    @abstractmethod
+    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """The stages of the path, one of them recorded for each control value (T,)."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "control", self.control or self.controls[0])
+        if self.control not in self.controls:
+            raise InputError(f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}.")
         for name in ("confining_pressure", "density_scaling", "step_limit"):
             value = getattr(self, name)
+            if value is None and name in self.optional:
+                continue
             if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
@@ -77,13 +104,18 @@ class TriaxialTest:
     @property
     def returned(self) -> tuple[str, ...]:
         """The names of what a response holds."""
-        return RETURNED
+        return tuple(dict.fromkeys((*RETURNED, *self.also_returned, self.control)))
+
+    @property
+    def name_with_article(self) -> str:
+        """What the test is called, in a sentence."""
+        return f"{'an' if self.title[0] in 'aeiou' else 'a'} {self.title}"
 
     def arrange(self, samples: Samples) -> NDArray[np.float64]:
         """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
         given = [*samples.names, *self.fixed]
         if sorted(given) != sorted(PARAMETERS):
-            raise InputError(f"a triaxial test needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}.")
+            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}.")
         columns = {name: samples.theta[:, k] for k, name in enumerate(samples.names)}
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
         return np.stack([columns[name] for name in PARAMETERS], axis=1)
@@ -91,10 +123,11 @@ class TriaxialTest:
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Simulate each sample and yield (row, Response or Failure) in order of completion.
 
-        at (T,): axial strains of the recorded states, logarithmic, as fractions. workers: threads, all cores by default. A sample outside the bounds
-        of the contact law is a Failure. Raises InputError for parameters too many or too few, and for strains that cannot be reached.
+        at (T,): control values of the recorded states: strains logarithmic, as fractions; stresses in Pa. workers: threads, all cores by default. A
+        sample outside the bounds of the contact law is a Failure. Raises InputError for parameters too many or too few, and for values that cannot be
+        reached.
         """
-        at = _checked_strains(at)
+        at = self.checked(at)
         theta = self.arrange(samples)
         return self._evaluate(theta, at, workers or available_cores())
 
@@ -110,7 +143,7 @@ class TriaxialTest:
         runs = run_batch(
             self.packing,
             [_law(theta[row]) for row in possible],
-            drained_triaxial(self.confining_pressure, at),
+            self.stages(at),
             density=DENSITY * self.density_scaling,
             expected_steps=_relative_run_lengths(theta[possible]),
             threads=threads,
@@ -129,6 +162,10 @@ class TriaxialTest:
         outcomes = dict(self.evaluate(samples, at, workers=threads))
         return [outcomes[row] for row in range(len(samples))]
 
+    def checked(self, at: ArrayLike) -> NDArray[np.float64]:
+        """The control values of the states that are recorded where `at` is asked for. Raises InputError for what the path cannot reach."""
+        return checked_strains(at) if self.control in STRAINS else checked_stresses(at, self.control)
+
     def _outcome(self, run: Run, at: NDArray[np.float64]) -> Response | Failure:
         flagged = int(run.columns["flagged"].sum())
         details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * self.packing.count}
@@ -138,19 +175,26 @@ class TriaxialTest:
         if flagged > self.largest_flagged_share * len(at):
             reason = f"{flagged} of {len(at)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
             return Failure("flagged", reason, details)
-        return Response(at, self._curve(run.columns), details)
+        columns = run.columns | self.derived(run.columns)
+        return Response(at, {name: columns[name] for name in self.returned}, details)
 
-    def _curve(self, c: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        """What follows from the recorded states, whose columns are given."""
         lateral = 0.5 * (c["stress_xx"] + c["stress_yy"])
-        derived = {
+        # A sample that has lost its contacts has no lateral stress: its ratio is not finite, and whoever compares it says so.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            stress_ratio = c["stress_zz"] / lateral
+        return {
             "axial_strain": c["strain_z"],
+            "axial_extension": -c["strain_z"],
             "volumetric_strain": c["strain_x"] + c["strain_y"] + c["strain_z"],
-            "stress_ratio": c["stress_zz"] / lateral,
+            "axial_stress": c["stress_zz"],
+            "lateral_stress": lateral,
+            "stress_ratio": stress_ratio,
             "void_ratio": c["volume"] / self.packing.solid_volume - 1,
             "mean_stress": (c["stress_xx"] + c["stress_yy"] + c["stress_zz"]) / 3,
             "deviatoric_stress": c["stress_zz"] - lateral,
         }
-        return {name: derived[name] if name in derived else c[name] for name in RETURNED}
 
 
 def _law(theta: NDArray[np.float64]) -> _native.LinearLaw:
@@ -182,14 +226,29 @@ def check_ranges(space: ParameterSpace) -> None:
             raise InputError(f"{place} {_words(name)}, where the contact law means something, not {limits}.")
 
 
-def _checked_strains(at: ArrayLike) -> NDArray[np.float64]:
-    try:
-        strains = np.asarray(at, dtype=np.float64)
-    except (TypeError, ValueError):
-        strains = np.empty(0)
-    if strains.ndim != 1 or not strains.size or not np.all(np.isfinite(strains)) or np.any(np.abs(strains) >= 1):
+def checked_strains(at: ArrayLike) -> NDArray[np.float64]:
+    """One row of axial strains, (T,). Raises InputError for anything else."""
+    strains = one_row(at)
+    if strains is None or np.any(np.abs(strains) >= 1):
         raise InputError("axial strains must be one row of fractions between -1 and 1 (not percent), at least one.")
     return strains
+
+
+def checked_stresses(at: ArrayLike, name: str) -> NDArray[np.float64]:
+    """One row of stresses, (T,). Raises InputError for anything else."""
+    stresses = one_row(at)
+    if stresses is None or np.any(stresses <= 0):
+        raise InputError(f"values of {name} must be one row of numbers above 0 (in Pa), at least one.")
+    return stresses
+
+
+def one_row(at: ArrayLike) -> NDArray[np.float64] | None:
+    """The values (T,), or None for what is not one row of finite numbers."""
+    try:
+        values = np.asarray(at, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+    return values if values.ndim == 1 and values.size and np.all(np.isfinite(values)) else None
 
 
 def _relative_run_lengths(theta: NDArray[np.float64]) -> NDArray[np.float64]:

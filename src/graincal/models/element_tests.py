@@ -1,0 +1,128 @@
+"""The built-in models: a class for each stress path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graincal import _native
+from graincal.data import InputError
+from graincal.dem import stress_path
+from graincal.dem.stress_path_table import StressPathTable
+from graincal.models.stress_path import STRAINS, StressPathTest, one_row
+
+
+class _AxialTest(StressPathTest):
+    """A path that is driven by axial strain: `path(confining_pressure, axial_strains)` gives its stages."""
+
+    controls = STRAINS
+    path: ClassVar[Callable[[float, Sequence[float]], list[_native.Stage]]]
+
+    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """Consolidation, and a recorded state at each axial strain."""
+        return self.path(self.confining_pressure, -at if self.control == "axial_extension" else at)
+
+
+class TriaxialTest(_AxialTest):
+    """A drained triaxial test: the lateral stresses are held at the confining pressure while the axial strain is imposed."""
+
+    kind = "triaxial"
+    title = "triaxial test"
+    path = staticmethod(stress_path.drained_triaxial)
+
+
+class ConstantMeanStressTest(_AxialTest):
+    """A triaxial test at constant mean stress: the lateral stresses make up for the axial one, and p stays the confining pressure."""
+
+    kind = "constant-mean-stress"
+    title = "triaxial test at constant mean stress"
+    path = staticmethod(stress_path.constant_mean_stress)
+
+
+class UndrainedTest(_AxialTest):
+    """An undrained triaxial test of a saturated sample, by its equivalent at constant volume: all stresses are effective ones.
+
+    `excess_pore_pressure` is that of a test whose total lateral stress is held at the confining pressure: what the effective one has lost of it.
+    """
+
+    kind = "undrained"
+    title = "undrained triaxial test"
+    also_returned = ("lateral_stress", "excess_pore_pressure")
+    shown = ("deviatoric_stress", "excess_pore_pressure")
+    path = staticmethod(stress_path.undrained_triaxial)
+
+    def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        """The columns of every path, and the excess pore pressure."""
+        columns = super().derived(c)
+        return columns | {"excess_pore_pressure": self.confining_pressure - columns["lateral_stress"]}
+
+
+class OedometricTest(StressPathTest):
+    """One-dimensional compression without lateral strain, to axial strains or to axial stresses. K0 is lateral over axial stress."""
+
+    kind = "oedometric"
+    title = "oedometric test"
+    controls = ("axial_strain", "axial_stress")
+    also_returned = ("axial_stress", "lateral_stress")
+    shown = ("axial_stress", "void_ratio")
+
+    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """Consolidation, and a recorded state at each axial strain or stress."""
+        path = stress_path.oedometric if self.control == "axial_strain" else stress_path.oedometric_to_stresses
+        return path(self.confining_pressure, at)
+
+
+class IsotropicTest(StressPathTest):
+    """Isotropic compression to a list of pressures, up and down in the order given."""
+
+    kind = "isotropic"
+    title = "isotropic test"
+    controls = ("mean_stress",)
+    shown = ("void_ratio", "coordination_number")
+
+    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """Consolidation, and a recorded state at each pressure."""
+        return stress_path.isotropic(self.confining_pressure, at)
+
+
+@dataclass(frozen=True, eq=False)
+class TableTest(StressPathTest):
+    """A stress path of one's own: the stages of a table. Its states are those of the rows that are recorded, by the row's number.
+
+    confining_pressure: Pa, of an isotropic consolidation before the table's first row; None for none.
+    """
+
+    confining_pressure: float | None = None
+    table: StressPathTable = field(kw_only=True)
+
+    kind = "table"
+    title = "test along a table"
+    controls = ("stage",)
+    also_returned = ("strain_x", "strain_y", "strain_z", "stress_xx", "stress_yy", "stress_zz")
+    optional = ("confining_pressure",)
+
+    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """The table's stages, after consolidation if there is one."""
+        return self.table.stages(self.confining_pressure)
+
+    def checked(self, at: ArrayLike) -> NDArray[np.float64]:
+        """All recorded stages, whichever are asked for. Raises InputError for one that is not among them."""
+        recorded = np.array(self.table.recorded, dtype=np.float64)
+        asked = one_row(at)
+        if asked is None or not np.all(np.isin(asked, recorded)):
+            raise InputError(f"{self.table.name}: stages must be one row of the numbers of recorded ones, {', '.join(map(str, self.table.recorded))}.")
+        return recorded
+
+    def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        """The columns of every path, and the number of the stage."""
+        return super().derived(c) | {"stage": np.array(self.table.recorded, dtype=np.float64)}
+
+
+TESTS: dict[str, type[StressPathTest]] = {
+    test.kind: test for test in (TriaxialTest, OedometricTest, IsotropicTest, UndrainedTest, ConstantMeanStressTest, TableTest)
+}
+"""The built-in tests by the names that files and the command line have for them."""

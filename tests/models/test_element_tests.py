@@ -1,0 +1,115 @@
+"""The built-in tests as models: what drives them, what they return, and that a campaign can store them."""
+
+import json
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal import InputError, demo
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.description import describe, restore
+from graincal.dem.stress_path_table import StressPathTable
+from graincal.models import TESTS
+
+THETA = [7.8, 0.2, 30.0, 0.1, 0.3]
+PRESSURE = 1e5
+SPACE = gc.ParameterSpace.paper()
+TABLE = "stress_x,stress_y,strain_z,record\n1e5,1e5,0.001,\n1e5,1e5,0.002,no\n1e5,1e5,0.003,\n"
+
+
+@pytest.fixture(scope="module")
+def packing():
+    return demo.packing()
+
+
+@pytest.fixture
+def table(tmp_path):
+    (tmp_path / "path.csv").write_text(TABLE)
+    return StressPathTable.read(tmp_path / "path.csv")
+
+
+def curve(test, at):
+    (response,) = test.simulate([THETA], at=at, threads=1)
+    assert isinstance(response, gc.Response) and tuple(response.values) == test.returned
+    return response.values
+
+
+def test_extension_can_be_driven_by_a_control_that_increases(packing):
+    extended = curve(gc.TriaxialTest(packing, PRESSURE, control="axial_extension"), [0.0, 0.002, 0.004])
+    expected = curve(gc.TriaxialTest(packing, PRESSURE), [0.0, -0.002, -0.004])
+    for name, values in expected.items():
+        assert np.array_equal(extended[name], values), name
+    assert np.array_equal(extended["axial_extension"], -extended["axial_strain"])
+
+
+def test_the_excess_pore_pressure_is_what_the_skeleton_has_lost_of_the_lateral_stress(packing):
+    undrained = curve(gc.UndrainedTest(packing, PRESSURE), [0.0, 0.002])
+    lateral = undrained["mean_stress"] - undrained["deviatoric_stress"] / 3
+    assert np.allclose(undrained["excess_pore_pressure"], PRESSURE - lateral, rtol=0, atol=1e-9 * PRESSURE)
+    assert undrained["excess_pore_pressure"][0] == pytest.approx(0, abs=1e-3 * PRESSURE)
+    assert np.allclose(undrained["volumetric_strain"], 0, rtol=0, atol=1e-11)
+
+
+def test_a_sample_that_liquefies_is_recorded_and_flagged(packing):
+    # Smooth grains sheared in extension at constant volume lose their contacts: the water takes the whole confining pressure.
+    test = gc.UndrainedTest(packing, 5e5, largest_flagged_share=1.0)
+    (liquefied,) = test.simulate([[8.7, 0.2, 5.0, 0.0, 0.0]], at=[-0.03], threads=1)
+    assert liquefied.details["flagged"] == 1
+    assert liquefied.values["excess_pore_pressure"][0] == pytest.approx(5e5, rel=1e-3)
+    assert liquefied.values["coordination_number"][0] < 1
+
+
+def test_what_drives_an_oedometric_test_can_be_chosen(packing):
+    by_stress = curve(gc.OedometricTest(packing, PRESSURE, control="axial_stress"), [1e5, 2e5])
+    assert np.allclose(by_stress["axial_stress"], [1e5, 2e5], rtol=1e-3, atol=0)
+    by_strain = curve(gc.OedometricTest(packing, PRESSURE), [by_stress["axial_strain"][1]])
+    # The same strain in one stage instead of two. The grains take another way there, a few percent of the stress for hundreds of them.
+    assert by_strain["axial_stress"][0] == pytest.approx(2e5, rel=0.1)
+    assert np.allclose(by_strain["lateral_stress"] * by_strain["stress_ratio"], by_strain["axial_stress"], rtol=1e-12, atol=0)
+
+
+def test_isotropic_and_sheared_states_are_returned(packing):
+    assert np.allclose(curve(gc.IsotropicTest(packing, PRESSURE), [1e5, 2e5, 1e5])["mean_stress"], [1e5, 2e5, 1e5], rtol=1e-3, atol=0)
+    sheared = curve(gc.ConstantMeanStressTest(packing, PRESSURE), [0.0, 0.002])
+    assert np.allclose(sheared["mean_stress"], PRESSURE, rtol=1e-3, atol=0) and sheared["stress_ratio"][1] > 1.01
+
+
+def experiment_of(test, control, values):
+    reference = gc.Reference(values, {"void_ratio": np.full(len(values), 0.6)}, control_name=control)
+    return Calibration(SPACE, [gc.Experiment("one", test, reference)])
+
+
+@pytest.mark.parametrize("kind", TESTS)
+def test_a_test_is_described_and_restored(packing, table, kind):
+    # The last of its controls, that which is not there by default.
+    test = TESTS[kind](packing, PRESSURE, control=TESTS[kind].controls[-1], **({"table": table} if kind == "table" else {}))
+    at = {"stage": [1, 3], "axial_stress": [1e5, 2e5], "mean_stress": [1e5, 2e5]}.get(test.control, [0.0, 0.002])
+    described = json.loads(json.dumps(describe(experiment_of(test, test.control, at).check())))
+    restored = restore(described)
+    assert json.loads(json.dumps(describe(restored))) == described
+    (model,) = (experiment.model for experiment in restored.experiments)
+    assert type(model) is type(test) and model.control == test.control
+    (ours,), (expected,) = (each.simulate([THETA], at=at, threads=1) for each in (model, test))
+    assert all(np.array_equal(ours.values[name], values) for name, values in expected.values.items())
+
+
+def test_the_description_of_a_triaxial_test_is_what_it_always_was(packing):
+    # Campaigns are stored with it, and resumed by comparing.
+    described = describe(experiment_of(gc.TriaxialTest(packing, PRESSURE), "axial_strain", [0.0, 0.1]))
+    (model,) = (experiment["model"] for experiment in described["experiments"])
+    assert list(model) == ["kind", "packing", "confining_pressure", "density_scaling", "fixed", "largest_flagged_share", "step_limit"]
+    assert model["kind"] == "triaxial"
+
+
+def test_a_reference_on_another_control_is_refused(packing, table):
+    with pytest.raises(InputError, match="an oedometric test is driven by axial_strain, and its reference's control is axial_stress."):
+        experiment_of(gc.OedometricTest(packing, PRESSURE), "axial_stress", [1e5, 2e5]).check()
+    with pytest.raises(InputError, match="an undrained triaxial test is driven by axial_strain or axial_extension, not by volumetric_strain."):
+        gc.UndrainedTest(packing, PRESSURE, control="volumetric_strain")
+    with pytest.raises(InputError, match="values of mean_stress must be one row of numbers above 0"):
+        gc.IsotropicTest(packing, PRESSURE).simulate([THETA], at=[0.0, 1e5])
+    with pytest.raises(InputError, match="stages must be one row of the numbers of recorded ones, 1, 3."):
+        experiment_of(gc.TableTest(packing, table=table), "stage", [1, 2]).check()
+    with pytest.raises(InputError, match="confining_pressure must be a positive number, not None"):
+        gc.OedometricTest(packing, None)
