@@ -89,6 +89,8 @@ def _describe_model(model: Model) -> dict[str, Any]:
             "fixed": dict(model.fixed),
             "largest_flagged_share": model.largest_flagged_share,
             "step_limit": model.step_limit,
+            # Left out where it is what it was before there was a choice: campaigns that are stored then go on.
+            **({} if model.law == "linear" else {"law": model.law}),
         }
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()

@@ -47,6 +47,7 @@ def _describe(experiment: Experiment) -> list[str]:
     if isinstance(model, TriaxialTest):
         packing = model.packing
         lines.append(f"  drained triaxial test at {model.confining_pressure:g} Pa, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
+        lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")

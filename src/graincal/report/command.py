@@ -23,6 +23,8 @@ def simulate_command(test: TriaxialTest, samples: Samples, reference: Reference)
     words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
     for name, value in theta.items():
         words += ["-p", f"{name}={value:.8g}"]
+    if test.law != "linear":
+        words += ["--law", test.law]
     words += ["--axial-strain", f"{strain[-1]:.4g}", "--increment", f"{increment:.4g}"]
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)
