@@ -1,10 +1,12 @@
 """The drained triaxial test of `graincal simulate triaxial`, run by YADE: an independent engine to compare curves with.
 
     yade -n -x benchmarks/yade_triaxial.py -- --packing packing.csv --confining-pressure 0.5e6
-         -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 [--law hertz-mindlin] [--density-scaling 1e3] -o curve.csv
+         -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 [--density-scaling 1e3]
+         [--law hertz-mindlin] -o curve.csv
 
-(on one line). YADE's Hertz-Mindlin has no rolling resistance like that of the linear law: beta_m and eta_m must be 0 with it. The protocol is that of Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest
-every --increment of axial strain with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
+(on one line). YADE's Hertz-Mindlin has no rolling resistance like that of the linear law: beta_m and eta_m must be 0 with it. The protocol is that of
+Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest every --increment of axial strain
+with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
 them holds the parameters and YADE's version. Checked with YADE 2023.02a, Debian's package `yade`.
 """
 
