@@ -1,10 +1,12 @@
 """The drained triaxial test of `graincal simulate triaxial`, run by YADE: an independent engine to compare curves with.
 
     yade -n -x benchmarks/yade_triaxial.py -- --packing packing.csv --confining-pressure 0.5e6
-         -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 [--density-scaling 1e3] -o curve.csv
+         -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 [--density-scaling 1e3]
+         [--law hertz-mindlin] -o curve.csv
 
-(on one line). The protocol is that of Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest
-every --increment of axial strain with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
+(on one line). YADE's Hertz-Mindlin has no rolling resistance like that of the linear law: beta_m and eta_m must be 0 with it. The protocol is that of
+Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest every --increment of axial strain
+with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
 them holds the parameters and YADE's version. Checked with YADE 2023.02a, Debian's package `yade`.
 """
 
@@ -32,6 +34,7 @@ def parse_arguments():
     parser.add_argument("--packing", required=True, help="CSV: a comment line '# ... cell lengths: Lx Ly Lz', then x,y,z,radius in metres")
     parser.add_argument("--confining-pressure", type=float, required=True, help="Pa")
     parser.add_argument("-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help=f"each of {', '.join(PARAMETERS)}")
+    parser.add_argument("--law", choices=["linear", "hertz-mindlin"], default="linear", help="the contact law")
     parser.add_argument("--axial-strain", type=float, default=0.20, help="the last one, logarithmic, as a fraction")
     parser.add_argument("--increment", type=float, default=0.004, help="of axial strain from state to state")
     parser.add_argument("--density-scaling", type=float, default=1e3)
@@ -44,6 +47,8 @@ def parse_arguments():
     if sorted(given) != sorted(PARAMETERS):
         parser.error(f"-p is needed once for each of {', '.join(PARAMETERS)}")
     arguments.theta = {name: float(given[name]) for name in PARAMETERS}
+    if arguments.law == "hertz-mindlin" and (arguments.theta["beta_m"] or arguments.theta["eta_m"]):
+        parser.error("beta_m and eta_m must be 0 with --law hertz-mindlin")
     return arguments
 
 
@@ -55,18 +60,10 @@ def load_packing(path):
     return table[:, :3], table[:, 3], lengths
 
 
-def build(arguments):
-    """The simulation of the packing under the contact law of the paper's Table 1, started at rest and without history."""
-    positions, radii, lengths = load_packing(arguments.packing)
-    theta = arguments.theta
-    density = DENSITY * arguments.density_scaling
-    O.periodic = True
-    O.cell.setBox(*lengths)
+def linear_law(common, theta):
+    """The material and the interaction loop of the paper's Table 1."""
     material = CohFrictMat(
-        density=density,
-        young=10 ** theta["log_E"],
-        poisson=theta["nu"],
-        frictionAngle=math.radians(theta["phi"]),
+        **common,
         isCohesive=False,
         momentRotationLaw=True,
         alphaKr=theta["beta_m"],
@@ -74,6 +71,28 @@ def build(arguments):
         etaRoll=theta["eta_m"],
         etaTwist=theta["eta_m"],
     )
+    return material, InteractionLoop(
+        [Ig2_Sphere_Sphere_ScGeom6D()],
+        [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()],
+        [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)],
+    )
+
+
+def hertz_law(common, theta):
+    """The material and the interaction loop of Hertz-Mindlin without rolling resistance."""
+    loop = InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_MindlinPhys()], [Law2_ScGeom_MindlinPhys_Mindlin()])
+    return FrictMat(**common), loop
+
+
+def build(arguments):
+    """The simulation of the packing under the contact law, started at rest and without history."""
+    positions, radii, lengths = load_packing(arguments.packing)
+    theta = arguments.theta
+    density = DENSITY * arguments.density_scaling
+    O.periodic = True
+    O.cell.setBox(*lengths)
+    common = {"density": density, "young": 10 ** theta["log_E"], "poisson": theta["nu"], "frictionAngle": math.radians(theta["phi"])}
+    material, interaction_loop = (linear_law if arguments.law == "linear" else hertz_law)(common, theta)
     O.materials.append(material)
     O.bodies.append([utils.sphere(tuple(position), radius) for position, radius in zip(positions.tolist(), radii.tolist())])
     mass = sum(body.state.mass for body in O.bodies)
@@ -81,11 +100,7 @@ def build(arguments):
     O.engines = [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb()]),
-        InteractionLoop(
-            [Ig2_Sphere_Sphere_ScGeom6D()],
-            [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()],
-            [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)],
-        ),
+        interaction_loop,
         GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.8, timeStepUpdateInterval=1),
         PeriTriaxController(
             dynCell=True,
@@ -193,6 +208,7 @@ def write_curve(arguments, states, seconds):
         "packing": arguments.packing.rpartition("/")[2],
         "packing_sha256": hashlib.sha256(open(arguments.packing, "rb").read()).hexdigest(),
         "confining_pressure": arguments.confining_pressure,
+        **({} if arguments.law == "linear" else {"law": arguments.law}),
         **arguments.theta,
         "density_scaling": arguments.density_scaling,
         "cell_inertia": arguments.cell_inertia,

@@ -10,22 +10,23 @@
 #include <thread>
 #include <vector>
 
+#include "graincal/engines.hpp"
 #include "owned_simulation.hpp"
 #include "targets.hpp"
 
 namespace graincal {
 
-struct Task {
-    OwnedSimulation<double, LinearLaw<double>> simulation;
-    std::vector<Stage<double>> stages;
-    Rest<double> rest;
+template <class Engine> struct Task {
+    OwnedSimulation<typename Engine::Real, typename Engine::Law> simulation;
+    std::vector<Stage<typename Engine::Real>> stages;
+    Rest<typename Engine::Real> rest;
     long long step_limit;  // of the whole run; more ends it
 };
 
 struct Outcome {
     Index task;
     Status status;
-    Progress<double> progress;
+    bool consolidation_flagged;
     std::vector<Record<double>> records;
     long long steps;
     double seconds;
@@ -33,7 +34,7 @@ struct Outcome {
 
 class Batch {
   public:
-    // `make(i)` builds the i-th task on the thread that will run it, so that only simulations under way take memory.
+    // `make(i)` builds the i-th task, of any engine, on the thread that will run it, so that only simulations under way take memory.
     // `order` lists the tasks in the order in which they start.
     template <class Make>
     Batch(Make make, std::vector<Index> order, unsigned threads, const Target& target) : order_(std::move(order)), target_(target) {
@@ -61,19 +62,20 @@ class Batch {
     static constexpr long long steps_between_looks = 50;
 
     template <class Make> Outcome outcome_of(Index index, Make& make) {
-        if (cancelled_) return {index, Status::cancelled, {}, {}, 0, 0};
+        if (cancelled_) return {index, Status::cancelled, false, {}, 0, 0};
         try {
             return run(index, make(index));
         } catch (const std::bad_alloc&) {
-            return {index, Status::out_of_memory, {}, {}, 0, 0};
+            return {index, Status::out_of_memory, false, {}, 0, 0};
         }
     }
 
-    Outcome run(Index index, Task task) {
+    template <class Engine> Outcome run(Index index, Task<Engine> task) {
+        using Real = typename Engine::Real;
         const auto start = std::chrono::steady_clock::now();
         auto& state = task.simulation.state;
-        Progress<double> progress;
-        std::vector<Record<double>> records(task.stages.size());
+        Progress<Real> progress;
+        std::vector<Record<Real>> records(task.stages.size());
         enter_stage(task.stages[0], state, progress, task.rest);
         Status status = Status::running;
         while (status == Status::running) {
@@ -83,13 +85,14 @@ class Batch {
                 status = Status::out_of_steps;
             else
                 status = task.simulation.advance([&] {
-                    return static_cast<Status>(target_.follow({&state, task.stages.data(), static_cast<Index>(task.stages.size()), &progress, &task.rest,
-                                                               records.data(), steps_between_looks}));
+                    return static_cast<Status>(target_.follow({CompiledEngines::index<Engine>(), &state, task.stages.data(),
+                                                               static_cast<Index>(task.stages.size()), &progress, &task.rest, records.data(),
+                                                               steps_between_looks}));
                 });
         }
         records.resize(progress.records);
         const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-        return {index, status, progress, std::move(records), task.simulation.state.steps, elapsed.count()};
+        return {index, status, progress.consolidation_flagged, std::move(records), task.simulation.state.steps, elapsed.count()};
     }
 
     void deliver(Outcome outcome) {

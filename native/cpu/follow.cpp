@@ -4,16 +4,19 @@
 
 namespace GRAINCAL_TARGET {
 // clang-format off
-#include "graincal/stress_path.hpp"
+#include "graincal/engines.hpp"
 #include "graincal/team.hpp"
 // clang-format on
 
 int follow_path(const ::graincal::PathCall& call) {
     using namespace GRAINCAL_TARGET::graincal;
-    auto& simulation = *static_cast<Simulation<double, LinearLaw<double>>*>(call.simulation);
-    auto& progress = *static_cast<Progress<double>*>(call.progress);
-    return static_cast<int>(follow(SerialTeam{}, simulation, static_cast<const Stage<double>*>(call.stages), call.stage_count, progress,
-                                   *static_cast<const Rest<double>*>(call.rest), static_cast<Record<double>*>(call.records), call.steps));
+    return CompiledEngines::visit(call.engine, [&]<class Engine>(Engine) {
+        using Real = typename Engine::Real;
+        auto& simulation = *static_cast<typename Engine::State*>(call.simulation);
+        auto& progress = *static_cast<Progress<Real>*>(call.progress);
+        return static_cast<int>(follow(SerialTeam{}, simulation, static_cast<const Stage<Real>*>(call.stages), call.stage_count, progress,
+                                       *static_cast<const Rest<Real>*>(call.rest), static_cast<Record<Real>*>(call.records), call.steps));
+    });
 }
 
 }  // namespace GRAINCAL_TARGET

@@ -13,8 +13,6 @@ using namespace nb::literals;
 namespace graincal {
 namespace {
 
-using Law = LinearLaw<double>;
-using Owned = OwnedSimulation<double, Law>;
 using Array1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Array2 = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Matrix = nb::ndarray<const double, nb::shape<3, 3>, nb::c_contig, nb::device::cpu>;
@@ -30,7 +28,7 @@ Mat3<double> as_matrix(const Matrix& m) {
         for (Index j = 0; j < 3; ++j) result(i, j) = m(i, j);
     return result;
 }
-nb::object as_numpy(const Mat3<double>& m) {
+template <class Real> nb::object as_numpy(const Mat3<Real>& m) {
     std::vector<double> values;
     for (Index i = 0; i < 3; ++i)
         for (Index j = 0; j < 3; ++j) values.push_back(m(i, j));
@@ -39,7 +37,7 @@ nb::object as_numpy(const Mat3<double>& m) {
 template <class F> nb::object vectors_as_numpy(Index count, F vector) {
     std::vector<double> values(3 * static_cast<std::size_t>(count));
     for (Index i = 0; i < count; ++i) {
-        const Vec3<double> v = vector(i);
+        const auto v = vector(i);
         values[3 * i] = v.x, values[3 * i + 1] = v.y, values[3 * i + 2] = v.z;
     }
     return as_numpy(std::move(values), {static_cast<std::size_t>(count), 3});
@@ -56,12 +54,14 @@ struct HeldPacking {
 };
 
 // A single simulation in hand: what tests and the preparation of packings work with.
-class InteractiveSimulation {
+template <class Engine> class InteractiveSimulation {
   public:
+    using Law = typename Engine::Law;
+
     InteractiveSimulation(const Array2& x, const Array1& r, const Matrix& h, const Law& law, double density)
         : owned_(HeldPacking(x, r, h), law, density) {}
 
-    Owned owned_;
+    OwnedSimulation<typename Engine::Real, Law> owned_;
 
     auto& state() { return owned_.state; }
 
@@ -96,7 +96,7 @@ class InteractiveSimulation {
     bool as_yade = false;
 
   private:
-    YadeMotion yade_motion_;
+    YadeMotion<typename Engine::Real> yade_motion_;
 
     Status move_on() { return as_yade ? yade_motion_.move(SerialTeam{}, state()) : move(SerialTeam{}, state()); }
 
@@ -113,7 +113,7 @@ class InteractiveSimulation {
     }
 };
 
-nb::dict contacts_of(InteractiveSimulation& simulation) {
+template <class Engine> nb::dict contacts_of(InteractiveSimulation<Engine>& simulation) {
     auto& s = simulation.state();
     const auto& slots = s.neighbours.slots;
     std::vector<Index> touching;
@@ -123,7 +123,7 @@ nb::dict contacts_of(InteractiveSimulation& simulation) {
     std::vector<Index> first, second;
     std::vector<double> overlap;
     for (Index slot : touching) first.push_back(slots.first[slot]), second.push_back(slots.second[slot]), overlap.push_back(slots.overlap[slot]);
-    const auto vectors = [&](const Vec3Array<double>& a) { return vectors_as_numpy(count, [&](Index k) { return a[touching[k]]; }); };
+    const auto vectors = [&](const Vec3Array<typename Engine::Real>& a) { return vectors_as_numpy(count, [&](Index k) { return a[touching[k]]; }); };
     nb::dict result;
     result["first"] = as_numpy(std::move(first), {touching.size()});
     result["second"] = as_numpy(std::move(second), {touching.size()});
@@ -136,7 +136,7 @@ nb::dict contacts_of(InteractiveSimulation& simulation) {
     return result;
 }
 
-nb::dict fabric_of(InteractiveSimulation& simulation) {
+template <class Engine> nb::dict fabric_of(InteractiveSimulation<Engine>& simulation) {
     auto& s = simulation.state();
     const auto stress = stress_tensor(SerialTeam{}, s.cell, s.particles, s.neighbours.slots, s.pair_forces);
     const auto f = fabric(SerialTeam{}, s.particles, s.neighbours, stress, s.pair_forces);
@@ -206,11 +206,22 @@ nb::object next_outcome(Batch& batch, double patience) {
     result["task"] = outcome->task;
     result["status"] = name_of(outcome->status);
     result["columns"] = columns_of(outcome->records);
-    result["consolidation_flagged"] = outcome->progress.consolidation_flagged;
+    result["consolidation_flagged"] = outcome->consolidation_flagged;
     result["steps"] = outcome->steps;
     result["seconds"] = outcome->seconds;
     return result;
 }
+
+// What Python calls precisions, and the classes of simulations.
+template <class Real> constexpr const char* precision_name = nullptr;
+template <> constexpr const char* precision_name<double> = "float64";
+template <class Engine> constexpr const char* simulation_name = nullptr;
+template <> constexpr const char* simulation_name<Engine<double, LinearLaw>> = "LinearSimulation";
+template <> constexpr const char* simulation_name<Engine<double, HertzLaw>> = "HertzSimulation";
+
+template <class Law> void bind_law(nb::module_& module, const char* name, const char* second, const char* words);
+template <class Engine> void bind_start(nb::class_<Batch>& batch);
+template <class Engine> void bind_simulation(nb::module_& module);
 
 }  // namespace
 }  // namespace graincal
@@ -226,13 +237,12 @@ NB_MODULE(_native, module) {
         if (target->runs_here()) runnable.append(target->name);
     module.attr("instruction_sets") = runnable;
 
-    nb::class_<Law>(module, "LinearLaw", "Linear springs with sliding, rolling and twisting resistance.")
-        .def("__init__",
-             [](Law* self, double modulus, double stiffness_ratio, double friction, double rolling_stiffness, double rolling_strength) {
-                 new (self) Law{modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength};
-             },
-             "modulus"_a, "stiffness_ratio"_a, "friction"_a, "rolling_stiffness"_a, "rolling_strength"_a,
-             "Modulus E in Pa, stiffness ratio nu, friction coefficient tan(phi), rolling stiffness beta_m and strength eta_m.");
+    bind_law<LinearLaw<double>>(module, "LinearLaw", "stiffness_ratio",
+                                "Linear springs with sliding, rolling and twisting resistance: modulus E in Pa, stiffness ratio nu, friction coefficient "
+                                "tan(phi), rolling stiffness beta_m and strength eta_m.");
+    bind_law<HertzLaw<double>>(module, "HertzLaw", "poisson_ratio",
+                               "Hertz-Mindlin with sliding, rolling and twisting resistance: Young's modulus E of the grains in Pa, their Poisson's ratio nu, "
+                               "friction coefficient tan(phi), rolling stiffness beta_m and strength eta_m.");
 
     nb::class_<AxisGoal<double>>(module, "AxisGoal", "What the servo drives one axis to.")
         .def("__init__",
@@ -250,9 +260,59 @@ NB_MODULE(_native, module) {
 
     nb::class_<HeldPacking>(module, "Packing").def(nb::init<const Array2&, const Array1&, const Matrix&>(), "positions"_a, "radii"_a, "edges"_a);
 
-    using Sim = InteractiveSimulation;
-    nb::class_<Sim>(module, "Simulation", "A single simulation, advanced by hand.")
-        .def(nb::init<const Array2&, const Array1&, const Matrix&, const Law&, double>(), "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a)
+    nb::class_<Batch> batch(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.");
+    batch.def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
+        .def("cancel", &Batch::cancel);
+    CompiledEngines::each([&]<class Engine>(Engine) {
+        bind_simulation<Engine>(module);
+        bind_start<Engine>(batch);
+    });
+}
+
+namespace graincal {
+namespace {
+
+// A law's parameters have the same meanings, but for the second.
+template <class Law> void bind_law(nb::module_& module, const char* name, const char* second, const char* words) {
+    nb::class_<Law>(module, name, words)
+        .def("__init__",
+             [](Law* self, double modulus, double ratio, double friction, double rolling_stiffness, double rolling_strength) {
+                 new (self) Law{modulus, ratio, friction, rolling_stiffness, rolling_strength};
+             },
+             "modulus"_a, nb::arg(second), "friction"_a, "rolling_stiffness"_a, "rolling_strength"_a);
+}
+
+// The engine is chosen by the type of the law and by the name of the precision: the first that both fit is taken.
+template <class Engine> void expect_precision(const std::string& name) {
+    if (name != precision_name<typename Engine::Real>) throw nb::next_overload();
+}
+
+template <class Engine> void bind_start(nb::class_<Batch>& batch) {
+    using Real = typename Engine::Real;
+    using Law = typename Engine::Law;
+    batch.def("__init__",
+             [](Batch* self, const HeldPacking& packing, const std::vector<Law>& laws, double density, const std::vector<Stage<Real>>& stages,
+                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision) {
+                 expect_precision<Engine>(precision);
+                 auto held = std::make_shared<const HeldPacking>(packing);
+                 const auto make = [held, laws, density, stages, step_limit](Index k) {
+                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k], density), stages, Rest<Real>{}, step_limit};
+                 };
+                 new (self) Batch(make, order, threads, target_named(instruction_set));
+             },
+             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64");
+}
+
+template <class Engine> void bind_simulation(nb::module_& module) {
+    using Law = typename Engine::Law;
+    using Sim = InteractiveSimulation<Engine>;
+    module.def("Simulation",
+               [](const Array2& x, const Array1& r, const Matrix& h, const Law& law, double density, const std::string& precision) {
+                   expect_precision<Engine>(precision);
+                   return Sim(x, r, h, law, density);
+               },
+               "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a, "precision"_a = "float64");
+    nb::class_<Sim>(module, simulation_name<Engine>, "A single simulation, advanced by hand.")
         .def("copy", [](const Sim& s) { return Sim(s); })
         .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)
         .def("run", &Sim::run, "steps"_a, "damping"_a)
@@ -314,20 +374,9 @@ NB_MODULE(_native, module) {
             for (Index k = 0; k < count; ++k) pairs.push_back(slots.first[k]), pairs.push_back(slots.second[k]);
             return as_numpy(std::move(pairs), {static_cast<std::size_t>(count), 2});
         })
-        .def("contacts", &contacts_of)
-        .def("fabric", &fabric_of);
-
-    nb::class_<Batch>(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.")
-        .def("__init__",
-             [](Batch* self, const HeldPacking& packing, const std::vector<Law>& laws, double density, const std::vector<Stage<double>>& stages,
-                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set) {
-                 auto held = std::make_shared<const HeldPacking>(packing);
-                 const auto make = [held, laws, density, stages, step_limit](Index k) {
-                     return Task{Owned(*held, laws[k], density), stages, Rest<double>{}, step_limit};
-                 };
-                 new (self) Batch(make, order, threads, target_named(instruction_set));
-             },
-             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "")
-        .def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
-        .def("cancel", &Batch::cancel);
+        .def("contacts", &contacts_of<Engine>)
+        .def("fabric", &fabric_of<Engine>);
 }
+
+}  // namespace
+}  // namespace graincal

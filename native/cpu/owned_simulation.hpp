@@ -48,6 +48,7 @@ template <class Real, class Law> class OwnedSimulation {
         state.smallest_radius = smallest;
         // Taken while nothing touches: half the time that a stiff wave takes across the smallest grain. The first contact brings a true estimate.
         state.time_step = 0.5 * smallest * std::sqrt(density / law.modulus);
+        state.time_stepper.longest = law.longest_step(state.time_step);
         state.neighbours.largest_radius = largest;
         state.neighbours.outer_gap = outer_gap_share * sum / n;
         state.neighbours.near_gap = near_gap_share * sum / n;

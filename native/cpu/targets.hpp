@@ -5,6 +5,7 @@ namespace graincal {
 
 // What `follow` (graincal/stress_path.hpp) takes, without types: each instruction set has the types in a namespace of its own, all laid out alike.
 struct PathCall {
+    int engine;  // its place among the compiled ones (graincal/engines.hpp), which gives the types of the rest
     void* simulation;
     const void* stages;
     int stage_count;

@@ -1,26 +1,21 @@
-// The kernel's entry: each block takes the next simulation of the queue and follows its stress path.
+// The kernel's entries, one for each engine: each block takes the next simulation of the queue and follows its stress path.
 #include "block_team.hpp"
-#include "graincal/stress_path.hpp"
+#include "graincal/engines.hpp"
 
 namespace graincal {
 
-using DeviceSimulation = Simulation<double, LinearLaw<double>>;
-
 // One simulation of a batch, laid out in device memory by the host.
-struct DeviceTask {
-    DeviceSimulation simulation;
-    Progress<double> progress;
-    Rest<double> rest;
-    const Stage<double>* stages;
+template <class Engine> struct DeviceTask {
+    typename Engine::State simulation;
+    Progress<typename Engine::Real> progress;
+    Rest<typename Engine::Real> rest;
+    const Stage<typename Engine::Real>* stages;
     Index stage_count;
-    Record<double>* records;
+    Record<typename Engine::Real>* records;
     Status status;
 };
 
-}  // namespace graincal
-
-extern "C" __global__ void follow_stress_paths(graincal::DeviceTask* tasks, graincal::Index task_count, graincal::Index* next, long long steps) {
-    using namespace graincal;
+template <class Engine> __device__ void follow_queue(DeviceTask<Engine>* tasks, Index task_count, Index* next, long long steps) {
     __shared__ __align__(64) char scratch[BlockTeam::scratch_bytes];
     __shared__ Index taken;
     const BlockTeam team(scratch);
@@ -31,10 +26,24 @@ extern "C" __global__ void follow_stress_paths(graincal::DeviceTask* tasks, grai
         team.sync();
         if (mine >= task_count) return;
         // Every thread advances its own copy of the scalars; the arrays they point to are the block's.
-        DeviceTask task = tasks[mine];
+        DeviceTask<Engine> task = tasks[mine];
         if (task.simulation.steps == 0) enter_stage(task.stages[0], task.simulation, task.progress, task.rest);
         task.status = follow(team, task.simulation, task.stages, task.stage_count, task.progress, task.rest, task.records, steps);
         team.sync();
         if (threadIdx.x == 0) tasks[mine] = task;
     }
+}
+
+using Linear = Engine<double, LinearLaw>;
+using Hertz = Engine<double, HertzLaw>;
+
+}  // namespace graincal
+
+extern "C" __global__ void follow_stress_paths_linear(graincal::DeviceTask<graincal::Linear>* tasks, graincal::Index task_count, graincal::Index* next,
+                                                      long long steps) {
+    graincal::follow_queue(tasks, task_count, next, steps);
+}
+extern "C" __global__ void follow_stress_paths_hertz(graincal::DeviceTask<graincal::Hertz>* tasks, graincal::Index task_count, graincal::Index* next,
+                                                     long long steps) {
+    graincal::follow_queue(tasks, task_count, next, steps);
 }

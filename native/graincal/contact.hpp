@@ -28,6 +28,11 @@ template <class Real> struct ContactStiffness {
     Real normal, shear, rolling;  // N/m, N/m, N m/rad
 };
 
+// Of a spring that holds this force or moment, J.
+template <class Real> Real twice_spring_energy(const Vec3<Real>& held, Real stiffness) {
+    return stiffness > Real(0) ? dot(held, held) / stiffness : Real(0);
+}
+
 // Both are written without branches, so that a loop over pairs becomes vector code.
 template <class Real> Vec3<Real> capped(const Vec3<Real>& v, Real limit) {
     const Real squared = dot(v, v);

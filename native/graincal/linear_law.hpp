@@ -29,9 +29,12 @@ template <class Real> struct LinearLaw {
 
     // Energy held in the springs of a contact, J.
     Real elastic_energy(const ContactStiffness<Real>& k, const ContactHistory<Real>& h) const {
-        const auto held = [](const Vec3<Real>& v, Real stiffness) { return stiffness > Real(0) ? dot(v, v) / stiffness : Real(0); };
-        return Real(0.5) * (k.normal * h.overlap * h.overlap + held(h.shear, k.shear) + held(h.bending + h.twisting, k.rolling));
+        return Real(0.5) * (k.normal * h.overlap * h.overlap + twice_spring_energy(h.shear, k.shear) +
+                            twice_spring_energy(h.bending + h.twisting, k.rolling));
     }
+
+    // The longest step to take whatever the contacts, s: none need be set, since each has its stiffness from the first touch.
+    Real longest_step(Real) const { return infinity<Real>(); }
 };
 
 }  // namespace graincal

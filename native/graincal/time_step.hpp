@@ -13,6 +13,7 @@ template <class Real> struct TimeStepper {
     Real safety = Real(0.8);
     Real root = square_root(Real(2));  // dt_critical = sqrt(2 m / K) in terms of the diagonal
     Real growth = Real(1.05);          // at most this factor a step; falls at once
+    Real longest = infinity<Real>();   // s, whatever the contacts say
     bool started = false;              // the first estimate is taken whole: what came before was no estimate
 
     Real next(Real dt, Real squared_frequency) {
@@ -20,7 +21,7 @@ template <class Real> struct TimeStepper {
         const Real critical = safety * root / square_root(squared_frequency);
         const Real limit = started ? growth * dt : critical;
         started = true;
-        return minimum(critical, limit);
+        return minimum(minimum(critical, limit), longest);
     }
 };
 

@@ -49,6 +49,14 @@ def test_a_triaxial_test_reads_its_packing_beside_the_file(tmp_path):
     assert experiment.model.packing.count == 27 and experiment.model.density_scaling == 1e3
 
 
+def test_the_contact_law_is_chosen_by_name(tmp_path):
+    named = ("confining_pressure = 2e5,", 'confining_pressure = 2e5, law = "hertz-mindlin",')
+    (experiment,) = read_calibration(write_triaxial(tmp_path, named)).experiments
+    assert experiment.model.law == "hertz-mindlin"
+    with pytest.raises(InputError, match='law must be "linear" or "hertz-mindlin", not "hertz"'):
+        read_calibration(write_triaxial(tmp_path, (named[0], 'confining_pressure = 2e5, law = "hertz",')))
+
+
 def write_triaxial(folder, *replacements):
     model = '{ kind = "triaxial", packing = "cubic.csv", confining_pressure = 2e5, fixed = { nu = 0.2, beta_m = 0.1, eta_m = 0.1 } }'
     renamed = [("strength  = { range = [0, 1] }", "log_E = { range = [7, 9] }"), ('dilatancy = { range = [0, 1], unit = "-" }', "phi = { range = [10, 40] }")]

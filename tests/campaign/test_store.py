@@ -7,7 +7,7 @@ import pytest
 
 from graincal import Experiment, Failure, FolderError, InputError, PythonModel, Response, Stop, TriaxialTest
 from graincal.campaign.calibration import Calibration
-from graincal.campaign.description import AbsentModel
+from graincal.campaign.description import AbsentModel, describe, restore
 from graincal.campaign.store import Store, holds_campaign
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
@@ -85,6 +85,19 @@ def test_a_triaxial_test_needs_no_file_once_it_is_stored(tmp_path):
     assert isinstance(experiment.model, TriaxialTest)
     np.testing.assert_array_equal(experiment.model.packing.positions, calibration.experiments[0].model.packing.positions)
     assert experiment.model.fixed == calibration.experiments[0].model.fixed
+
+
+def test_a_contact_law_is_stored_where_it_is_not_the_linear_one(tmp_path):
+    # A description of the linear law has the keys that it had before there was another: campaigns of that time are taken up again.
+    from graincal.campaign.config import read_calibration
+
+    linear = read_calibration(write_triaxial(tmp_path))
+    keys = ["kind", "packing", "confining_pressure", "density_scaling", "fixed", "largest_flagged_share", "step_limit"]
+    assert list(describe(linear)["experiments"][0]["model"]) == keys
+    assert restore(describe(linear)).experiments[0].model.law == "linear"
+    hertz = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", 'confining_pressure = 2e5, law = "hertz-mindlin",')))
+    assert Store.create(hertz).calibration.experiments[0].model.law == "hertz-mindlin"
+    assert describe(hertz) != describe(linear)
 
 
 def test_a_function_comes_back_by_its_name_alone(tmp_path):

@@ -1,9 +1,12 @@
 """Simulations that the tests of the engine start from: two spheres in hand, rings, lattices and clouds of spheres, a packing at rest."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from graincal import _native
 from graincal.dem.packing import Packing
+from graincal.models.stress_path import LAWS
 
 IMMOVABLE = 1e30
 """A density, kg/m^3, at which contact forces change no velocity: spheres then move exactly as they are told to."""
@@ -17,9 +20,35 @@ CELL = 8.0
 """Width of the cell around two spheres, m."""
 
 
-def law(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9):
-    """A contact law with round stiffnesses; without an argument nothing slides, rolls or twists off."""
-    return _native.LinearLaw(modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength)
+def law(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9, kind="linear"):
+    """A contact law with round stiffnesses; without an argument nothing slides, rolls or twists off. "hertz-mindlin" takes the ratio for Poisson's."""
+    return LAWS[kind](modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength)
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """A contact by the text-books' formulas: tangent stiffnesses kn, ks (N/m), km (N m) and the normal force (N) with the energy it stored (J)."""
+
+    normal: float
+    shear: float
+    rolling: float
+    force: float
+    energy: float
+
+
+def closed_form(kind, radii, overlap, modulus=1e7, ratio=0.3, rolling_stiffness=0.2):
+    """The contact of spheres with this overlap, m; with the defaults of `law`."""
+    product, reduced = radii[0] * radii[1], radii[0] * radii[1] / (radii[0] + radii[1])
+    if kind == "linear":
+        normal = 2 * modulus * reduced
+        shear, force, energy = ratio * normal, normal * overlap, normal * overlap**2 / 2
+    else:
+        contact_modulus = 1 / (2 * (1 - ratio**2) / modulus)
+        shear_modulus = 1 / (2 * (2 - ratio) / (modulus / (2 * (1 + ratio))))
+        normal, shear = 2 * contact_modulus * np.sqrt(reduced * overlap), 8 * shear_modulus * np.sqrt(reduced * overlap)
+        force = 4 / 3 * contact_modulus * np.sqrt(reduced) * overlap**1.5
+        energy = 8 / 15 * contact_modulus * np.sqrt(reduced) * overlap**2.5
+    return ClosedForm(normal, shear, rolling_stiffness * product * shear, force, energy)
 
 
 def normal_stiffness(radii, modulus=1e7):

@@ -13,11 +13,12 @@ SHEARED = np.array([[-0.2, 0.3, 0.0], [0.1, 0.1, -0.4], [0.0, 0.2, 0.05]])
 # Conservation
 
 
+@pytest.mark.parametrize("kind", ["linear", "hertz-mindlin"])
 @pytest.mark.parametrize("gradient", [STILL, SHEARED], ids=["resting cell", "deforming cell"])
-def test_momentum_of_a_periodic_packing_is_conserved_to_rounding(gradient):
+def test_momentum_of_a_periodic_packing_is_conserved_to_rounding(gradient, kind):
     positions, radii, edges = jittered_lattice(side=6)
     density, count, time_step = 1.0, 300, 2e-5
-    simulation = _native.Simulation(positions, radii, edges, law(friction=0.5, rolling_strength=0.3), density)
+    simulation = _native.Simulation(positions, radii, edges, law(friction=0.5, rolling_strength=0.3, kind=kind), density)
     start = np.random.default_rng(1).normal(0, 10, positions.shape)
     simulation.set_velocities(start)
     mass = masses(radii, density)
@@ -33,11 +34,12 @@ def test_momentum_of_a_periodic_packing_is_conserved_to_rounding(gradient):
     assert np.linalg.norm(simulation.velocities - start) > 0.5 * np.linalg.norm(start)
 
 
-def test_angular_momentum_of_an_isolated_pair_is_conserved_to_rounding():
+@pytest.mark.parametrize("kind", ["linear", "hertz-mindlin"])
+def test_angular_momentum_of_an_isolated_pair_is_conserved_to_rounding(kind):
     # Contact torques have the arms to the middle of the overlap, together the distance of the centres, so the law conserves x cross m u + I w; the
     # leapfrog does too, step by step, for forces along the branch and torques in this balance.
     density, count = 1.0, 2000
-    simulation = two_spheres((1.0, 0.7), 0.01, (1, 2, 2), density=density, friction=0.4, rolling_strength=0.3)
+    simulation = two_spheres((1.0, 0.7), 0.01, (1, 2, 2), density=density, friction=0.4, rolling_strength=0.3, kind=kind)
     simulation.set_velocities(np.array([[1.0, 2.0, -0.5], [-1.0, 0.3, 0.8]]))
     simulation.set_spins(np.array([[3.0, 1.0, 2.0], [-1.0, 2.0, -3.0]]))
     mass = masses(simulation.radii, density)

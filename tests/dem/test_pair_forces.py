@@ -1,21 +1,30 @@
-"""Two spheres that move as they are told: the contact law of Hartmann, Cheng, Thornton (2022), Table 1, against closed forms."""
+"""Two spheres that move as they are told: what the contact laws share, against closed forms."""
 
 import numpy as np
 import pytest
 
-from .spheres import CELL, ROUNDING, law, normal_stiffness, only_contact, steps, two_spheres, unit
+from .spheres import CELL, ROUNDING, closed_form, law, only_contact, steps, two_spheres, unit
 
 RADII = (1.0, 0.7)
 OVERLAP = 0.01
-KN = normal_stiffness(RADII)
-KS = 0.3 * KN
-KM = 0.2 * RADII[0] * RADII[1] * KS
-FN = KN * OVERLAP
+LINEAR = closed_form("linear", RADII, OVERLAP)
 
 # An overlap is a difference of lengths of the cell's size: a few roundings of the cell against the overlap are what is left of its digits.
 EXACT = 10 * ROUNDING * CELL / OVERLAP
 
 DIRECTIONS = [(1, 0, 0), (0, -1, 0), (1, 2, 2), (-0.3, 0.5, -0.8)]
+
+
+@pytest.fixture(params=["linear", "hertz-mindlin"])
+def kind(request):
+    """The contact law."""
+    return request.param
+
+
+@pytest.fixture
+def expected(kind):
+    """The contact of the two spheres that most tests take."""
+    return closed_form(kind, RADII, OVERLAP)
 
 
 def same_spin(simulation, spin):
@@ -35,27 +44,27 @@ def rolling_spin(simulation, relative_spin):
 @pytest.mark.parametrize("radii", [(1.0, 1.0), (1.0, 0.7), (0.3, 1.2)])
 @pytest.mark.parametrize("overlap", [1e-5, 1e-2, 0.1])
 @pytest.mark.parametrize("normal", DIRECTIONS)
-def test_normal_force_is_stiffness_times_overlap(radii, overlap, normal):
-    simulation = two_spheres(radii, overlap, normal)
+def test_the_overlap_gives_the_normal_force_and_the_energy(kind, radii, overlap, normal):
+    simulation = two_spheres(radii, overlap, normal, kind=kind)
     steps(simulation, 1)
-    kn = normal_stiffness(radii)
-    expected = kn * overlap * unit(normal)
-    tolerance = 10 * ROUNDING * CELL * kn
-    assert np.allclose(only_contact(simulation)["force"], expected, rtol=0, atol=tolerance)
-    assert np.allclose(simulation.forces, [-expected, expected], rtol=0, atol=tolerance)
+    expected = closed_form(kind, radii, overlap)
+    force, tolerance = expected.force * unit(normal), 10 * ROUNDING * CELL * expected.normal
+    assert np.allclose(only_contact(simulation)["force"], force, rtol=0, atol=tolerance)
+    assert np.allclose(simulation.forces, [-force, force], rtol=0, atol=tolerance)
     assert np.array_equal(simulation.torques, np.zeros((2, 3)))
+    assert simulation.elastic_energy == pytest.approx(expected.energy, rel=10 * ROUNDING * CELL / overlap)
 
 
-def test_spheres_apart_do_not_act_on_each_other():
-    simulation = two_spheres(overlap=-1e-9)
+def test_spheres_apart_do_not_act_on_each_other(kind):
+    simulation = two_spheres(overlap=-1e-9, kind=kind)
     steps(simulation, 1)
     assert only_contact(simulation) is None
     assert np.array_equal(simulation.forces, np.zeros((2, 3)))
     assert simulation.elastic_energy == 0
 
 
-def test_a_contact_ends_at_once_and_takes_its_history_along():
-    simulation = two_spheres(RADII, OVERLAP)
+def test_a_contact_ends_at_once_and_takes_its_history_along(kind, expected):
+    simulation = two_spheres(RADII, OVERLAP, kind=kind)
     simulation.set_spins(np.array([[0.3, 0.2, 0.1], [0.5, -0.2, 0.3]]))
     steps(simulation, 5)
     loaded = only_contact(simulation)
@@ -73,36 +82,36 @@ def test_a_contact_ends_at_once_and_takes_its_history_along():
     assert back["overlap"] == pytest.approx(OVERLAP - 0.002, rel=EXACT)
     # The spheres moved along x alone: only roundings of the normal are across it.
     for name in ("shear", "bending", "twisting"):
-        assert np.linalg.norm(back[name]) < EXACT * FN, name
+        assert np.linalg.norm(back[name]) < EXACT * expected.force, name
 
 
 # Sliding
 
 
 @pytest.mark.parametrize("normal", DIRECTIONS)
-def test_stick_stores_stiffness_times_slip(normal):
-    simulation = two_spheres(RADII, OVERLAP, normal)
+def test_stick_stores_stiffness_times_slip(kind, expected, normal):
+    simulation = two_spheres(RADII, OVERLAP, normal, kind=kind)
     spin, time_step, count = np.array([0.2, -0.1, 0.4]), 1e-3, 50
     n = unit(normal)
     spin -= spin @ n * n  # about the normal the memory would turn
     same_spin(simulation, spin)
     steps(simulation, count, time_step)
     slip = -count * time_step * sum(RADII) * np.cross(spin, n)
-    assert np.allclose(only_contact(simulation)["shear"], -KS * slip, rtol=0, atol=EXACT * KS * np.linalg.norm(slip))
+    assert np.allclose(only_contact(simulation)["shear"], -expected.shear * slip, rtol=0, atol=EXACT * expected.shear * np.linalg.norm(slip))
 
 
-def test_a_new_contact_takes_its_first_slip():
-    simulation = two_spheres(RADII, OVERLAP)
+def test_a_new_contact_takes_its_first_slip(kind, expected):
+    simulation = two_spheres(RADII, OVERLAP, kind=kind)
     same_spin(simulation, [0, 0, 1])
     steps(simulation, 1, 1e-3)
-    assert np.allclose(only_contact(simulation)["shear"], [0, KS * sum(RADII) * 1e-3, 0], rtol=EXACT, atol=EXACT)
+    assert np.allclose(only_contact(simulation)["shear"], [0, expected.shear * sum(RADII) * 1e-3, 0], rtol=EXACT, atol=EXACT)
 
 
-def test_slip_caps_at_friction_and_reversal_unloads_with_the_stiffness():
+def test_slip_caps_at_friction_and_reversal_unloads_with_the_stiffness(kind, expected):
     friction = 0.5
-    simulation = two_spheres(RADII, OVERLAP, friction=friction)
-    limit = friction * FN
-    step_force = KS * sum(RADII) * 1e-3  # at spin 1 /s and 1 ms
+    simulation = two_spheres(RADII, OVERLAP, friction=friction, kind=kind)
+    limit = friction * expected.force
+    step_force = expected.shear * sum(RADII) * 1e-3  # at spin 1 /s and 1 ms
     to_limit = int(np.ceil(limit / step_force))
     near = EXACT * limit * 10 * to_limit  # one rounding of the cap a step
 
@@ -120,27 +129,27 @@ def test_slip_caps_at_friction_and_reversal_unloads_with_the_stiffness():
     assert shear_after(3, 1.0) == pytest.approx(-limit + 3 * step_force, abs=near)
 
 
-def test_the_cap_follows_the_normal_force():
-    simulation = two_spheres(RADII, OVERLAP, friction=0.5)
+def test_the_cap_follows_the_normal_force(kind):
+    simulation = two_spheres(RADII, OVERLAP, friction=0.5, kind=kind)
     same_spin(simulation, [0, 0, 1])
     steps(simulation, 100)
     same_spin(simulation, [0, 0, 0])
     simulation.set_velocities(np.array([[0.0, 0, 0], [1.0, 0, 0]]))  # the overlap shrinks by 0.001 m a step
     for k in range(1, 9):
         steps(simulation, 1)
-        contact = only_contact(simulation)
-        assert np.linalg.norm(contact["shear"]) == pytest.approx(0.5 * KN * (OVERLAP - 1e-3 * (k - 1)), rel=100 * EXACT)
+        normal_force = closed_form(kind, RADII, OVERLAP - 1e-3 * (k - 1)).force
+        assert np.linalg.norm(only_contact(simulation)["shear"]) == pytest.approx(0.5 * normal_force, rel=100 * EXACT)
 
 
-def test_without_friction_nothing_is_stored():
-    simulation = two_spheres(RADII, OVERLAP, friction=0.0)
+def test_without_friction_nothing_is_stored(kind):
+    simulation = two_spheres(RADII, OVERLAP, friction=0.0, kind=kind)
     same_spin(simulation, [0, 0, 1])
     steps(simulation, 5)
     assert np.array_equal(only_contact(simulation)["shear"], np.zeros(3))
 
 
 def moved_past(count, path):
-    """The contact after the second sphere has followed `path` (legs in m) in `count` steps a leg, without spin."""
+    """The contact after the second sphere has followed `path` (legs in m) in `count` steps a leg, without spin; springs alike at any overlap."""
     simulation = two_spheres(RADII, overlap=0.05)
     for leg in np.asarray(path, dtype=float):
         simulation.set_velocities(np.stack([np.zeros(3), leg / (count * 1e-3)]))
@@ -158,19 +167,19 @@ def test_the_slip_of_a_passing_sphere_is_its_angle_times_both_radii():
     theta = np.arctan(side / distance)
     contact = moved_past(count, [[0, side, 0]])
     slip = sum(RADII) * theta
-    assert contact["shear"] @ [-np.sin(theta), np.cos(theta), 0] == pytest.approx(-KS * slip, rel=1.5 * theta**2 / count)
+    assert contact["shear"] @ [-np.sin(theta), np.cos(theta), 0] == pytest.approx(-LINEAR.shear * slip, rel=1.5 * theta**2 / count)
     # It lies across the present normal: each rotation leaves at most delta^3 / 2 of it along.
-    assert abs(contact["shear"] @ contact["normal"]) <= KS * slip * theta**3 / count**2
+    assert abs(contact["shear"] @ contact["normal"]) <= LINEAR.shear * slip * theta**3 / count**2
 
 
 def test_no_force_is_gained_in_a_closed_loop():
     # Forward at a small overlap, back at a large one. With the true distance as arm a loop would leave ks side depth / distance, and again each time.
     distance, side, depth, count = sum(RADII) - 0.05, 0.05, 0.04, 500
     contact = moved_past(count, [[0, side, 0], [-depth, 0, 0], [0, -side, 0], [depth, 0, 0]])
-    ratchet = KS * side * depth / distance
+    ratchet = LINEAR.shear * side * depth / distance
     # The rates along each leg change by shares of theta and depth / distance: that much of the slip, over N, is what rectangles leave.
     theta = side / distance
-    left = KS * (side + depth) * theta * (theta + depth / distance) / count
+    left = LINEAR.shear * (side + depth) * theta * (theta + depth / distance) / count
     assert left < 1e-3 * ratchet
     assert np.linalg.norm(contact["shear"]) <= left
 
@@ -179,10 +188,10 @@ def test_no_force_is_gained_in_a_closed_loop():
 
 
 @pytest.mark.parametrize("normal", DIRECTIONS)
-def test_bending_and_twisting_store_stiffness_times_rotation(normal):
+def test_bending_and_twisting_store_stiffness_times_rotation(kind, expected, normal):
     n = unit(normal)
     relative_spin = np.array([0.3, 0.7, -0.2])
-    simulation = two_spheres(RADII, OVERLAP, normal)
+    simulation = two_spheres(RADII, OVERLAP, normal, kind=kind)
     # Spheres that twist against each other must not spin together about the normal, or the memory turns: opposite spins along it.
     along = relative_spin @ n * n
     across = relative_spin - along
@@ -190,19 +199,19 @@ def test_bending_and_twisting_store_stiffness_times_rotation(normal):
     simulation.set_spins(share[:, None] * across + np.array([[-0.5], [0.5]]) * along)
     steps(simulation, 20, 1e-3)
     contact = only_contact(simulation)
-    scale = EXACT * KM * 0.02
-    assert np.allclose(contact["bending"], -KM * 0.02 * across, rtol=0, atol=scale)
-    assert np.allclose(contact["twisting"], -KM * 0.02 * along, rtol=0, atol=scale)
+    scale = EXACT * expected.rolling * 0.02
+    assert np.allclose(contact["bending"], -expected.rolling * 0.02 * across, rtol=0, atol=scale)
+    assert np.allclose(contact["twisting"], -expected.rolling * 0.02 * along, rtol=0, atol=scale)
     # A rolling contact does not slip; the spins' roundings against the force that slip of their size would give.
-    assert np.allclose(contact["shear"], 0, rtol=0, atol=EXACT * KS * 0.02)
+    assert np.allclose(contact["shear"], 0, rtol=0, atol=EXACT * expected.shear * 0.02)
 
 
 @pytest.mark.parametrize(("bends", "twists"), [(True, False), (False, True), (True, True)])
-def test_each_moment_is_capped_by_itself(bends, twists):
+def test_each_moment_is_capped_by_itself(kind, expected, bends, twists):
     strength = 0.4
-    limit = strength * FN * min(RADII)
-    simulation = two_spheres(RADII, OVERLAP, rolling_strength=strength)
-    fast, slow = 10.0, 0.01
+    limit = strength * expected.force * min(RADII)
+    simulation = two_spheres(RADII, OVERLAP, rolling_strength=strength, kind=kind)
+    fast, slow = 10.0, 0.001
     simulation.set_spins(np.array([[-0.5, 0, 0], [0.5, 0, 0]]) * (fast if twists else slow))
     spins = simulation.spins
     spins[:, 2] = np.array([-RADII[1], RADII[0]]) / sum(RADII) * (fast if bends else slow)
@@ -211,20 +220,20 @@ def test_each_moment_is_capped_by_itself(bends, twists):
     steps(simulation, count, 1e-3)
     contact = only_contact(simulation)
     near = 10 * count * EXACT * limit
-    assert limit < KM * fast * count * 1e-3 and limit > 10 * KM * slow * count * 1e-3
-    expected_bending = limit if bends else KM * slow * count * 1e-3
-    expected_twisting = limit if twists else KM * slow * count * 1e-3
+    assert limit < expected.rolling * fast * count * 1e-3 and limit > 10 * expected.rolling * slow * count * 1e-3
+    expected_bending = limit if bends else expected.rolling * slow * count * 1e-3
+    expected_twisting = limit if twists else expected.rolling * slow * count * 1e-3
     assert np.allclose(contact["bending"], [0, 0, -expected_bending], rtol=0, atol=near)
     assert np.allclose(contact["twisting"], [-expected_twisting, 0, 0], rtol=0, atol=near)
     # And back: a reversal unloads from the cap with the stiffness.
     simulation.set_spins(-simulation.spins)
     steps(simulation, 1, 1e-3)
-    assert only_contact(simulation)["bending"][2] == pytest.approx(-expected_bending + KM * (fast if bends else slow) * 1e-3, abs=near)
-    assert only_contact(simulation)["twisting"][0] == pytest.approx(-expected_twisting + KM * (fast if twists else slow) * 1e-3, abs=near)
+    assert only_contact(simulation)["bending"][2] == pytest.approx(-expected_bending + expected.rolling * (fast if bends else slow) * 1e-3, abs=near)
+    assert only_contact(simulation)["twisting"][0] == pytest.approx(-expected_twisting + expected.rolling * (fast if twists else slow) * 1e-3, abs=near)
 
 
-def test_without_strength_no_moment_is_stored():
-    simulation = two_spheres(RADII, OVERLAP, rolling_strength=0.0)
+def test_without_strength_no_moment_is_stored(kind):
+    simulation = two_spheres(RADII, OVERLAP, rolling_strength=0.0, kind=kind)
     rolling_spin(simulation, [1.0, 1.0, 1.0])
     steps(simulation, 5)
     contact = only_contact(simulation)
@@ -234,14 +243,14 @@ def test_without_strength_no_moment_is_stored():
 # Both spheres
 
 
-def test_forces_are_opposite_and_torques_have_the_arms_to_the_middle_of_the_overlap():
-    simulation = two_spheres(RADII, OVERLAP, (1, 2, 2))
+def test_forces_are_opposite_and_torques_have_the_arms_to_the_middle_of_the_overlap(kind):
+    simulation = two_spheres(RADII, OVERLAP, (1, 2, 2), kind=kind)
     simulation.set_spins(np.array([[0.3, 0.2, 0.1], [0.5, -0.2, 0.3]]))
     simulation.set_velocities(np.array([[0.1, 0.2, 0.0], [0.0, 0.2, 0.1]]))
     steps(simulation, 10)
     contact = only_contact(simulation)
     n, shear, moment = contact["normal"], contact["shear"], contact["bending"] + contact["twisting"]
-    force = KN * contact["overlap"] * n + shear
+    force = closed_form(kind, RADII, contact["overlap"]).force * n + shear
     arms = np.array(RADII) - contact["overlap"] / 2
     # The same sums in another order: roundings of each term.
     assert np.allclose(simulation.forces, [-force, force], rtol=0, atol=10 * ROUNDING * np.linalg.norm(force))
@@ -257,9 +266,9 @@ def rotation(vector):
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
 
 
-def errors_after_rigid_rotation(turn, count):
+def errors_after_rigid_rotation(kind, turn, count):
     """Loads a pair, turns it as a rigid body in `count` steps; the errors of shear, bending and twisting against the turned ones, relative to each."""
-    simulation = two_spheres(RADII, OVERLAP, (1, 2, 2))
+    simulation = two_spheres(RADII, OVERLAP, (1, 2, 2), kind=kind)
     simulation.set_spins(np.array([[0.3, 0.2, 0.1], [0.5, -0.2, 0.3]]))
     steps(simulation, 20)
     time_step = 1e-3
@@ -280,26 +289,26 @@ def errors_after_rigid_rotation(turn, count):
 
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 1.0), (0.6, -0.5, 0.4)])
-def test_the_forces_of_a_loaded_pair_turn_with_it(turn):
+def test_the_forces_of_a_loaded_pair_turn_with_it(kind, expected, turn):
     # Each step turns the memory by two first-order rotations of at most delta = theta / N. Either is wrong by at most delta^2 / 2 of the vector, and their
     # product by no more than delta^2 / 2 again: 1.5 theta^2 / N over the whole. The shear also takes the slip that the chord of a step leaves at its end,
     # a half of (1 - cos delta) of both radii at most.
     turn = np.array(turn)
     theta, count = np.linalg.norm(turn), 4000
-    coarse, shear = errors_after_rigid_rotation(turn, count)
-    fine, _ = errors_after_rigid_rotation(turn, 2 * count)
-    rotations, chords = 1.5 * theta**2 / count, KS * sum(RADII) * theta**2 / (4 * count) / shear
+    coarse, shear = errors_after_rigid_rotation(kind, turn, count)
+    fine, _ = errors_after_rigid_rotation(kind, turn, 2 * count)
+    rotations, chords = 1.5 * theta**2 / count, expected.shear * sum(RADII) * theta**2 / (4 * count) / shear
     assert coarse["bending"] <= rotations and coarse["twisting"] <= rotations
     assert coarse["shear"] <= rotations + chords < 0.015
     for name in coarse:  # of first order, and nothing else
         assert coarse[name] / fine[name] == pytest.approx(2, rel=0.02), name
 
 
-def test_a_changed_law_acts_on_the_contact_as_it_stands():
-    simulation = two_spheres(RADII, OVERLAP)
+def test_a_changed_law_acts_on_the_contact_as_it_stands(kind, expected):
+    simulation = two_spheres(RADII, OVERLAP, kind=kind)
     same_spin(simulation, [0, 0, 1])
     steps(simulation, 10)
     same_spin(simulation, [0, 0, 0])
-    simulation.set_law(law(friction=0.01))
+    simulation.set_law(law(friction=0.01, kind=kind))
     steps(simulation, 1)
-    assert np.linalg.norm(only_contact(simulation)["shear"]) == pytest.approx(0.01 * FN, rel=EXACT)
+    assert np.linalg.norm(only_contact(simulation)["shear"]) == pytest.approx(0.01 * expected.force, rel=EXACT)

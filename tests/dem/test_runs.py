@@ -41,16 +41,55 @@ def assert_identical(one, other):
 # The same whatever runs beside
 
 
-@pytest.fixture(scope="module")
-def curves(packing):
-    outcomes = triaxial(packing).simulate(THETAS, at=STRAINS, threads=1)
+def curves_of(packing, law):
+    outcomes = triaxial(packing, law=law).simulate(THETAS, at=STRAINS, threads=1)
     assert all(isinstance(outcome, Response) for outcome in outcomes)
     return outcomes
+
+
+@pytest.fixture(scope="module")
+def curves(packing):
+    return curves_of(packing, "linear")
+
+
+@pytest.fixture(scope="module")
+def hertz_curves(packing):
+    return curves_of(packing, "hertz-mindlin")
 
 
 def test_runs_are_bitwise_the_same_with_one_thread_and_with_two(packing, curves):
     for one, two in zip(curves, triaxial(packing).simulate(THETAS, at=STRAINS, threads=2)):
         assert_identical(one, two)
+
+
+def test_hertz_runs_are_bitwise_the_same_with_two_threads_and_in_another_order(packing, hertz_curves):
+    for one, two in zip(hertz_curves[::-1], triaxial(packing, law="hertz-mindlin").simulate(THETAS[::-1], at=STRAINS, threads=2)):
+        assert_identical(one, two)
+
+
+def test_each_law_has_curves_of_its_own(curves, hertz_curves):
+    for linear, hertz in zip(curves, hertz_curves):
+        assert not np.allclose(linear.values["stress_ratio"][1:], hertz.values["stress_ratio"][1:], rtol=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["linear", "hertz-mindlin"])
+def test_runs_are_bitwise_the_same_with_every_instruction_set_of_this_machine(packing, kind):
+    # Multiply-adds are never contracted and sums never reordered.
+    held = _native.Packing(packing.positions, packing.radii, packing.edges)
+    grains = law(modulus=1e9, friction=0.4, rolling_strength=0.3, kind=kind)
+    outcomes = []
+    for name in _native.instruction_sets:
+        batch = _native.Batch(held, [grains], 2.65e6, drained_triaxial(1e5, STRAINS), [0], 1, LONGEST, name)
+        outcomes.append(batch.next(600.0))
+    for outcome in outcomes:
+        assert outcome["status"] == "finished" and outcome["steps"] == outcomes[0]["steps"]
+        for name, column in outcome["columns"].items():
+            assert np.array_equal(column, outcomes[0]["columns"][name]), name
+
+
+def test_a_precision_that_is_not_compiled_is_refused(packing):
+    with pytest.raises(TypeError, match="precision"):
+        _native.Simulation(packing.positions, packing.radii, packing.edges, law(), 1.0, precision="float16")
 
 
 def test_runs_are_bitwise_the_same_in_any_order_and_alone(packing, curves):
@@ -145,6 +184,10 @@ def test_a_parameter_without_meaning_is_a_failure(packing, name, value, expected
     assert_failed(outcome_of(packing, list(theta.values())), "parameters", expected)
 
 
+def test_poissons_ratio_is_below_a_half(packing):
+    assert_failed(outcome_of(packing, [9.0, 0.5, 30.0, 0.1, 0.5], law="hertz-mindlin"), "parameters", "nu = 0.5 has no meaning, it must be a number at least 0 and below 0.5")
+
+
 @pytest.mark.parametrize("stiffness_ratio", [-1.0, np.nan])
 def test_a_motion_that_runs_away_ends_the_run(packing, stiffness_ratio):
     # A spring that pushes the further it is pushed, and friction that never lets go; or forces that are no numbers.
@@ -167,7 +210,7 @@ def test_strains_that_are_no_row_of_fractions_are_refused(packing, at):
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"fixed": {"phi": "x"}}, {"fixed": {"phi": 120.0}}, {"step_limit": -1}, {"largest_flagged_share": np.nan}, {"density_scaling": 0.0}]
+    "wrong", [{"fixed": {"phi": "x"}}, {"fixed": {"phi": 120.0}}, {"step_limit": -1}, {"largest_flagged_share": np.nan}, {"density_scaling": 0.0}, {"law": "hertz"}]
 )
 def test_a_test_that_cannot_be_run_is_refused(packing, wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):

@@ -81,7 +81,7 @@ class Calibration:
                 raise InputError(
                     f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
                 )
-            check_ranges(self.space)
+            check_ranges(self.space, model.law)
         returned = getattr(model, "returned", None)
         if returned is not None and (missing := set(experiment.reference.names) - set(returned)):
             raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too.')

@@ -65,6 +65,7 @@ class StressPathModel(Section):
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
     largest_flagged_share: float = Field(0.1, ge=0, le=1, description="a number from 0 to 1")
     step_limit: int = Field(20_000_000, ge=1, description="a whole number above 0")
+    law: Literal["linear", "hertz-mindlin"] = Field("linear", description='"linear" or "hertz-mindlin"')
     packing: str | None = Field(None, description="the name of a packing file")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")

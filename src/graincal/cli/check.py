@@ -51,6 +51,7 @@ def _describe(experiment: Experiment) -> list[str]:
         packing = model.packing
         at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
         lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
+        lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")

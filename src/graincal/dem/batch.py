@@ -30,7 +30,7 @@ class Run:
 
 def run_batch(
     packing: Packing,
-    laws: Sequence[_native.LinearLaw],
+    laws: Sequence[_native.LinearLaw] | Sequence[_native.HertzLaw],
     stages: Sequence[_native.Stage],
     *,
     density: float,

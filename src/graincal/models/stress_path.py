@@ -19,7 +19,14 @@ from graincal.dem.packing import Packing
 from graincal.execution import available_cores
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
-"""Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength."""
+"""Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength.
+With the law "hertz-mindlin", the modulus and Poisson's ratio are those of the grains."""
+
+LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
+"""The contact laws by name (docs/contact-laws.md)."""
+
+STEPS_EXPONENT = {"linear": 1 / 2, "hertz-mindlin": 1 / 3}
+"""The steps of a run grow with this power of the modulus: the stiffness of a Hertz contact under a given force goes with the modulus to the power 2/3."""
 
 DENSITY = 2650.0
 """Density of quartz grains, kg/m^3, before scaling."""
@@ -33,8 +40,9 @@ RETURNED = (
 )  # fmt: skip
 """The columns of a response: strains logarithmic and stresses in Pa, compression positive; Z, a_c, a_n, a_t by Eq. 8-11 of the paper."""
 
-_BOUNDS = {"log_E": (-np.inf, 300.0), "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
-"""Where the contact law means something; phi below its upper bound."""
+_LINEAR_BOUNDS = {"log_E": (-np.inf, 300.0), "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
+_BOUNDS = {"linear": _LINEAR_BOUNDS, "hertz-mindlin": _LINEAR_BOUNDS | {"nu": (0.0, 0.5)}}
+"""Where each contact law means something; each parameter below its upper bound."""
 _LARGEST_LOG_MODULUS = 20.0
 """No solid comes near 10^12 Pa: a range that goes on beyond this is one of the modulus itself, or of its log10 in another unit."""
 
@@ -50,12 +58,13 @@ _FAILURES = {
 
 @dataclass(frozen=True, eq=False)
 class StressPathTest(ABC):
-    """A test of a packing along a stress path, with the contact law of Hartmann, Cheng, Thornton (2022).
+    """A test of a packing along a stress path.
 
     confining_pressure: Pa, of the isotropic consolidation that the path begins with. density_scaling: factor on the grains' density (the paper's 1e3).
     fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
     within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which states
     are recorded are of, one of the path's `controls`; by default the first of them.
+    law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md).
 
     What one path differs in from another is below: its name in files and on the command line, what it is called, and its stages.
     """
@@ -77,6 +86,7 @@ class StressPathTest(ABC):
     largest_flagged_share: float = 0.1
     step_limit: int = 20_000_000
     control: str = ""
+    law: str = "linear"
 
     @abstractmethod
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
@@ -94,11 +104,13 @@ class StressPathTest(ABC):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
             raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
+        if self.law not in tuple(LAWS):
+            raise InputError(f"law must be {' or '.join(map(repr, LAWS))}, not {self.law!r}.")
         if unknown := set(self.fixed) - set(PARAMETERS):
             raise InputError(f"fixed: {', '.join(sorted(unknown))} is not among the test's parameters {', '.join(PARAMETERS)}.")
         for name, value in self.fixed.items():
-            if not isinstance(value, Real) or _outside(name, value):
-                raise InputError(f"fixed.{name} must be a number {_words(name)}, not {value!r}.")
+            if not isinstance(value, Real) or _outside(name, value, self.law):
+                raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
 
     @property
@@ -134,18 +146,18 @@ class StressPathTest(ABC):
     def _evaluate(self, theta: NDArray[np.float64], at: NDArray[np.float64], threads: int) -> Iterator[tuple[int, Response | Failure]]:
         possible = []
         for row, values in enumerate(theta):
-            if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value)]:
-                yield row, Failure("parameters", f"{wrong[0]} = {values[PARAMETERS.index(wrong[0])]:g} has no meaning, it must be a number {_words(wrong[0])}.", _NOTHING_RUN)
+            if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value, self.law)]:
+                yield row, Failure("parameters", f"{wrong[0]} = {values[PARAMETERS.index(wrong[0])]:g} has no meaning, it must be a number {_words(wrong[0], self.law)}.", _NOTHING_RUN)
             else:
                 possible.append(row)
         if not possible:
             return
         runs = run_batch(
             self.packing,
-            [_law(theta[row]) for row in possible],
+            [_law(self.law, theta[row]) for row in possible],
             self.stages(at),
             density=DENSITY * self.density_scaling,
-            expected_steps=_relative_run_lengths(theta[possible]),
+            expected_steps=_relative_run_lengths(self.law, theta[possible]),
             threads=threads,
             step_limit=self.step_limit,
         )
@@ -197,33 +209,33 @@ class StressPathTest(ABC):
         }
 
 
-def _law(theta: NDArray[np.float64]) -> _native.LinearLaw:
-    log_modulus, stiffness_ratio, friction_angle, rolling_stiffness, rolling_strength = theta
-    return _native.LinearLaw(10.0**log_modulus, stiffness_ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
+def _law(name: str, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
+    log_modulus, ratio, friction_angle, rolling_stiffness, rolling_strength = theta
+    return LAWS[name](10.0**log_modulus, ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
 
 
-def _outside(name: str, value: float) -> bool:
-    low, high = _BOUNDS[name]
+def _outside(name: str, value: float, law: str) -> bool:
+    low, high = _BOUNDS[law][name]
     return not (np.isfinite(value) and low <= value < high)
 
 
-def _words(name: str) -> str:
-    low, high = _BOUNDS[name]
+def _words(name: str, law: str) -> str:
+    low, high = _BOUNDS[law][name]
     limits = [f"at least {low:g}"] * bool(np.isfinite(low)) + [f"below {high:g}"] * bool(np.isfinite(high))
     return " and ".join(limits)
 
 
-def check_ranges(space: ParameterSpace) -> None:
+def check_ranges(space: ParameterSpace, law: str) -> None:
     """Raise InputError for a range in which the contact law does not mean something throughout."""
     for name, low, high in zip(space.names, space.low, space.high):
-        if name not in _BOUNDS:
+        if name not in PARAMETERS:
             continue
         place, limits = f"parameters.{name}.range must hold numbers", f"[{low:g}, {high:g}]"
         if name == "log_E" and high > _LARGEST_LOG_MODULUS:
             meant = f"; for a modulus of {low:g} to {high:g} Pa write [{np.log10(low):.4g}, {np.log10(high):.4g}]" if low > 0 else ""
             raise InputError(f"{place} up to {_LARGEST_LOG_MODULUS:g}, the log10 of the modulus in Pa, not {limits}{meant}.")
-        if _outside(name, low) or _outside(name, high):
-            raise InputError(f"{place} {_words(name)}, where the contact law means something, not {limits}.")
+        if _outside(name, low, law) or _outside(name, high, law):
+            raise InputError(f"{place} {_words(name, law)}, where the contact law means something, not {limits}.")
 
 
 def checked_strains(at: ArrayLike) -> NDArray[np.float64]:
@@ -251,6 +263,6 @@ def one_row(at: ArrayLike) -> NDArray[np.float64] | None:
     return values if values.ndim == 1 and values.size and np.all(np.isfinite(values)) else None
 
 
-def _relative_run_lengths(theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def _relative_run_lengths(law: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
     # The critical step falls with the root of the stiffness; smooth grains take longer to come to rest.
-    return 10.0 ** (0.5 * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))
+    return 10.0 ** (STEPS_EXPONENT[law] * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))

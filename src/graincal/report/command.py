@@ -25,6 +25,8 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
         words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
     for name, value in theta.items():
         words += ["-p", f"{name}={value:.8g}"]
+    if test.law != "linear":
+        words += ["--law", test.law]
     words += _path(test, reference.control)
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)
