@@ -18,8 +18,8 @@ namespace graincal {
 
 template <class Engine> struct Task {
     OwnedSimulation<typename Engine::Real, typename Engine::Law> simulation;
-    std::vector<Stage<typename Engine::Real>> stages;
-    Rest<typename Engine::Real> rest;
+    std::vector<Stage> stages;
+    Rest rest;
     long long step_limit;  // of the whole run; more ends it
 };
 
@@ -27,7 +27,7 @@ struct Outcome {
     Index task;
     Status status;
     bool consolidation_flagged;
-    std::vector<Record<double>> records;
+    std::vector<Record> records;
     long long steps;
     double seconds;
 };
@@ -71,11 +71,10 @@ class Batch {
     }
 
     template <class Engine> Outcome run(Index index, Task<Engine> task) {
-        using Real = typename Engine::Real;
         const auto start = std::chrono::steady_clock::now();
         auto& state = task.simulation.state;
-        Progress<Real> progress;
-        std::vector<Record<Real>> records(task.stages.size());
+        Progress progress;
+        std::vector<Record> records(task.stages.size());
         enter_stage(task.stages[0], state, progress, task.rest);
         Status status = Status::running;
         while (status == Status::running) {

@@ -5,17 +5,16 @@
 namespace GRAINCAL_TARGET {
 // clang-format off
 #include "graincal/engines.hpp"
-#include "graincal/team.hpp"
+#include "cpu/serial_team.hpp"
 // clang-format on
 
 int follow_path(const ::graincal::PathCall& call) {
     using namespace GRAINCAL_TARGET::graincal;
     return CompiledEngines::visit(call.engine, [&]<class Engine>(Engine) {
-        using Real = typename Engine::Real;
         auto& simulation = *static_cast<typename Engine::State*>(call.simulation);
-        auto& progress = *static_cast<Progress<Real>*>(call.progress);
-        return static_cast<int>(follow(SerialTeam{}, simulation, static_cast<const Stage<Real>*>(call.stages), call.stage_count, progress,
-                                       *static_cast<const Rest<Real>*>(call.rest), static_cast<Record<Real>*>(call.records), call.steps));
+        auto& progress = *static_cast<Progress*>(call.progress);
+        return static_cast<int>(follow(SerialTeam{}, simulation, static_cast<const Stage*>(call.stages), call.stage_count, progress,
+                                       *static_cast<const Rest*>(call.rest), static_cast<Record*>(call.records), call.steps));
     });
 }
 

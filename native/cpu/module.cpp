@@ -43,6 +43,35 @@ template <class F> nb::object vectors_as_numpy(Index count, F vector) {
     return as_numpy(std::move(values), {static_cast<std::size_t>(count), 3});
 }
 
+// Python has the particles in the order of the packing that it gave, the engine has them sorted in space.
+template <class Real, class F> nb::object given_vectors_as_numpy(const Particles<Real>& particles, F vector) {
+    std::vector<Index> at(particles.count);
+    for (Index i = 0; i < particles.count; ++i) at[particles.given[i]] = i;
+    return vectors_as_numpy(particles.count, [&](Index k) { return vector(at[k]); });
+}
+template <class Real> void set_given_vectors(const Particles<Real>& particles, const Vec3Array<Real>& vectors, const Array2& values) {
+    for (Index i = 0; i < particles.count; ++i) {
+        const Index k = particles.given[i];
+        vectors.set(i, {Real(values(k, 0)), Real(values(k, 1)), Real(values(k, 2))});
+    }
+}
+
+// A near pair by its particles as given, the lower first; reversed where the engine has it the other way round.
+struct GivenPair {
+    Index first, second, slot;
+    bool reversed;
+};
+template <class Sim> std::vector<GivenPair> given_pairs(const Sim& sim) {
+    const auto& slots = sim.neighbours.slots;
+    std::vector<GivenPair> pairs;
+    for (Index slot = 0; slot < slots.row[sim.particles.count]; ++slot) {
+        const Index i = sim.particles.given[slots.first[slot]], j = sim.particles.given[slots.second[slot]];
+        pairs.push_back({std::min(i, j), std::max(i, j), slot, i > j});
+    }
+    std::sort(pairs.begin(), pairs.end(), [](const GivenPair& a, const GivenPair& b) { return std::pair(a.first, a.second) < std::pair(b.first, b.second); });
+    return pairs;
+}
+
 // A packing held for as long as simulations are made from it.
 struct HeldPacking {
     std::vector<double> positions, radii;
@@ -56,12 +85,13 @@ struct HeldPacking {
 // A single simulation in hand: what tests and the preparation of packings work with.
 template <class Engine> class InteractiveSimulation {
   public:
-    using Law = typename Engine::Law;
+    using Real = typename Engine::Real;
+    using GivenLaw = typename Engine::GivenLaw;
 
-    InteractiveSimulation(const Array2& x, const Array1& r, const Matrix& h, const Law& law, double density)
-        : owned_(HeldPacking(x, r, h), law, density) {}
+    InteractiveSimulation(const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density)
+        : owned_(HeldPacking(x, r, h), law.template in_precision<Real>(), density) {}
 
-    OwnedSimulation<typename Engine::Real, Law> owned_;
+    OwnedSimulation<Real, typename Engine::Law> owned_;
 
     auto& state() { return owned_.state; }
 
@@ -96,7 +126,7 @@ template <class Engine> class InteractiveSimulation {
     bool as_yade = false;
 
   private:
-    YadeMotion<typename Engine::Real> yade_motion_;
+    YadeMotion<Real> yade_motion_;
 
     Status move_on() { return as_yade ? yade_motion_.move(SerialTeam{}, state()) : move(SerialTeam{}, state()); }
 
@@ -114,32 +144,35 @@ template <class Engine> class InteractiveSimulation {
 };
 
 template <class Engine> nb::dict contacts_of(InteractiveSimulation<Engine>& simulation) {
-    auto& s = simulation.state();
+    const auto& s = simulation.state();
     const auto& slots = s.neighbours.slots;
-    std::vector<Index> touching;
-    for (Index slot = 0; slot < slots.row[s.particles.count]; ++slot)
-        if (slots.touching(slot)) touching.push_back(slot);
-    const auto count = static_cast<Index>(touching.size());
+    std::vector<GivenPair> touching = given_pairs(s);
+    std::erase_if(touching, [&](const GivenPair& pair) { return !slots.touching(pair.slot); });
     std::vector<Index> first, second;
     std::vector<double> overlap;
-    for (Index slot : touching) first.push_back(slots.first[slot]), second.push_back(slots.second[slot]), overlap.push_back(slots.overlap[slot]);
-    const auto vectors = [&](const Vec3Array<typename Engine::Real>& a) { return vectors_as_numpy(count, [&](Index k) { return a[touching[k]]; }); };
+    for (const GivenPair& pair : touching) first.push_back(pair.first), second.push_back(pair.second), overlap.push_back(slots.overlap[pair.slot]);
+    const auto vectors = [&](auto vector) {
+        return vectors_as_numpy(static_cast<Index>(touching.size()), [&](Index k) {
+            const auto v = vector(touching[k].slot);
+            return touching[k].reversed ? -v : v;
+        });
+    };
     nb::dict result;
     result["first"] = as_numpy(std::move(first), {touching.size()});
     result["second"] = as_numpy(std::move(second), {touching.size()});
     result["overlap"] = as_numpy(std::move(overlap), {touching.size()});
-    result["normal"] = vectors(slots.normal);
-    result["shear"] = vectors(slots.shear);
-    result["bending"] = vectors(slots.bending);
-    result["twisting"] = vectors(slots.twisting);
-    result["force"] = vectors(s.pair_forces.force);
+    result["normal"] = vectors([&](Index slot) { return slots.normal[slot]; });
+    result["shear"] = vectors([&](Index slot) { return slots.shear[slot]; });
+    result["bending"] = vectors([&](Index slot) { return slots.bending[slot]; });
+    result["twisting"] = vectors([&](Index slot) { return slots.twisting[slot]; });
+    result["force"] = vectors([&](Index slot) { return contact_force(s.law, s.particles, slots, slot); });
     return result;
 }
 
 template <class Engine> nb::dict fabric_of(InteractiveSimulation<Engine>& simulation) {
     auto& s = simulation.state();
-    const auto stress = stress_tensor(SerialTeam{}, s.cell, s.particles, s.neighbours.slots, s.pair_forces);
-    const auto f = fabric(SerialTeam{}, s.particles, s.neighbours, stress, s.pair_forces);
+    const auto stress = stress_tensor(SerialTeam{}, s.law, s.cell, s.particles, s.neighbours.slots);
+    const auto f = fabric(SerialTeam{}, s.law, s.particles, s.neighbours, stress);
     nb::dict result;
     result["coordination_number"] = f.coordination_number;
     result["a_c"] = f.a_c;
@@ -162,7 +195,7 @@ const char* name_of(Status status) {
 }
 
 // The recorded states as columns: name -> (T,).
-nb::dict columns_of(const std::vector<Record<double>>& records) {
+nb::dict columns_of(const std::vector<Record>& records) {
     nb::dict result;
     const auto column = [&](const char* name, auto value) {
         std::vector<double> values;
@@ -215,9 +248,12 @@ nb::object next_outcome(Batch& batch, double patience) {
 // What Python calls precisions, and the classes of simulations.
 template <class Real> constexpr const char* precision_name = nullptr;
 template <> constexpr const char* precision_name<double> = "float64";
+template <> constexpr const char* precision_name<float> = "float32";
 template <class Engine> constexpr const char* simulation_name = nullptr;
 template <> constexpr const char* simulation_name<Engine<double, LinearLaw>> = "LinearSimulation";
+template <> constexpr const char* simulation_name<Engine<float, LinearLaw>> = "LinearSimulation32";
 template <> constexpr const char* simulation_name<Engine<double, HertzLaw>> = "HertzSimulation";
+template <> constexpr const char* simulation_name<Engine<float, HertzLaw>> = "HertzSimulation32";
 
 template <class Law> void bind_law(nb::module_& module, const char* name, const char* second, const char* words);
 template <class Engine> void bind_start(nb::class_<Batch>& batch);
@@ -244,17 +280,17 @@ NB_MODULE(_native, module) {
                                "Hertz-Mindlin with sliding, rolling and twisting resistance: Young's modulus E of the grains in Pa, their Poisson's ratio nu, "
                                "friction coefficient tan(phi), rolling stiffness beta_m and strength eta_m.");
 
-    nb::class_<AxisGoal<double>>(module, "AxisGoal", "What the servo drives one axis to.")
+    nb::class_<AxisGoal>(module, "AxisGoal", "What the servo drives one axis to.")
         .def("__init__",
-             [](AxisGoal<double>* self, bool stress, double target, double largest_rate) {
-                 new (self) AxisGoal<double>{stress ? Control::stress : Control::strain, target, largest_rate};
+             [](AxisGoal* self, bool stress, double target, double largest_rate) {
+                 new (self) AxisGoal{stress ? Control::stress : Control::strain, target, largest_rate};
              },
              "stress"_a, "target"_a, "largest_rate"_a);
 
-    nb::class_<Stage<double>>(module, "Stage", "One stage of a stress path: goals of the three axes, held until the packing is at rest.")
+    nb::class_<Stage>(module, "Stage", "One stage of a stress path: goals of the three axes, held until the packing is at rest.")
         .def("__init__",
-             [](Stage<double>* self, const std::vector<AxisGoal<double>>& goals, bool record, bool strain_origin, bool mean_stress) {
-                 new (self) Stage<double>{{goals.at(0), goals.at(1), goals.at(2)}, record, strain_origin, mean_stress};
+             [](Stage* self, const std::vector<AxisGoal>& goals, bool record, bool strain_origin, bool mean_stress) {
+                 new (self) Stage{{goals.at(0), goals.at(1), goals.at(2)}, record, strain_origin, mean_stress};
              },
              "goals"_a, "record"_a = false, "strain_origin"_a = false, "mean_stress"_a = false);
 
@@ -291,12 +327,12 @@ template <class Engine> void bind_start(nb::class_<Batch>& batch) {
     using Real = typename Engine::Real;
     using Law = typename Engine::Law;
     batch.def("__init__",
-             [](Batch* self, const HeldPacking& packing, const std::vector<Law>& laws, double density, const std::vector<Stage<Real>>& stages,
+             [](Batch* self, const HeldPacking& packing, const std::vector<typename Engine::GivenLaw>& laws, double density, const std::vector<Stage>& stages,
                 const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision) {
                  expect_precision<Engine>(precision);
                  auto held = std::make_shared<const HeldPacking>(packing);
                  const auto make = [held, laws, density, stages, step_limit](Index k) {
-                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k], density), stages, Rest<Real>{}, step_limit};
+                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k].template in_precision<Real>(), density), stages, Rest{}, step_limit};
                  };
                  new (self) Batch(make, order, threads, target_named(instruction_set));
              },
@@ -304,10 +340,11 @@ template <class Engine> void bind_start(nb::class_<Batch>& batch) {
 }
 
 template <class Engine> void bind_simulation(nb::module_& module) {
-    using Law = typename Engine::Law;
+    using Real = typename Engine::Real;
+    using GivenLaw = typename Engine::GivenLaw;
     using Sim = InteractiveSimulation<Engine>;
     module.def("Simulation",
-               [](const Array2& x, const Array1& r, const Matrix& h, const Law& law, double density, const std::string& precision) {
+               [](const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density, const std::string& precision) {
                    expect_precision<Engine>(precision);
                    return Sim(x, r, h, law, density);
                },
@@ -316,31 +353,30 @@ template <class Engine> void bind_simulation(nb::module_& module) {
         .def("copy", [](const Sim& s) { return Sim(s); })
         .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)
         .def("run", &Sim::run, "steps"_a, "damping"_a)
-        .def("set_law", [](Sim& s, const Law& law) { s.state().law = law; })
-        .def("set_goals", [](Sim& s, const std::vector<AxisGoal<double>>& goals) {
+        .def("set_law", [](Sim& s, const GivenLaw& law) { s.state().law = law.template in_precision<Real>(); })
+        .def("set_goals", [](Sim& s, const std::vector<AxisGoal>& goals) {
             for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
         })
-        .def("set_time_step_root", [](Sim& s, double root) { s.state().time_stepper.root = root; })
+        .def("set_time_stepper", [](Sim& s, double root, Index longest_wait) { s.state().time_stepper.root = root, s.state().time_stepper.longest_wait = longest_wait; },
+             "root"_a, "longest_wait"_a, "The root of two in the critical time step, and the most steps between two estimates of it.")
         .def_rw("as_yade", &Sim::as_yade, "Move as YADE does, to the letter: for step by step comparison alone.")
         .def("restart_strain", [](Sim& s) { s.state().cell.initial_edges = s.state().cell.edges; })
-        .def("set_velocities", [](Sim& s, const Array2& u) {
-            for (Index i = 0; i < s.state().particles.count; ++i) s.state().particles.velocity.set(i, {u(i, 0), u(i, 1), u(i, 2)});
-        })
-        .def("set_spins", [](Sim& s, const Array2& w) {
-            for (Index i = 0; i < s.state().particles.count; ++i) s.state().particles.spin.set(i, {w(i, 0), w(i, 1), w(i, 2)});
-        })
+        .def("set_velocities", [](Sim& s, const Array2& u) { set_given_vectors(s.state().particles, s.state().particles.velocity, u); })
+        .def("set_spins", [](Sim& s, const Array2& w) { set_given_vectors(s.state().particles, s.state().particles.spin, w); })
         .def("set_velocity_gradient", [](Sim& s, const Matrix& l) { s.state().cell.velocity_gradient = as_matrix(l); })
         .def_prop_ro("positions", [](Sim& s) {
-            return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().cell.edges * s.state().particles.fractional[i]; });
+            return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().cell.edges * s.state().particles.fractional[i]; });
         })
-        .def_prop_ro("velocities", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.velocity[i]; }); },
+        .def_prop_ro("velocities", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.velocity[i]; }); },
                      "Fluctuation velocities u = v - L x, (N, 3), m/s.")
-        .def_prop_ro("spins", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.spin[i]; }); })
-        .def_prop_ro("forces", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.force[i]; }); })
-        .def_prop_ro("torques", [](Sim& s) { return vectors_as_numpy(s.state().particles.count, [&](Index i) { return s.state().particles.torque[i]; }); })
+        .def_prop_ro("spins", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.spin[i]; }); })
+        .def_prop_ro("forces", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.load[i].force; }); })
+        .def_prop_ro("torques", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.load[i].torque; }); })
         .def_prop_ro("radii", [](Sim& s) {
             const auto& p = s.state().particles;
-            return as_numpy(std::vector<double>(p.radius, p.radius + p.count), {static_cast<std::size_t>(p.count)});
+            std::vector<double> radii(p.count);
+            for (Index i = 0; i < p.count; ++i) radii[p.given[i]] = p.radius[i];
+            return as_numpy(std::move(radii), {static_cast<std::size_t>(p.count)});
         })
         .def_prop_ro("edges", [](Sim& s) { return as_numpy(s.state().cell.edges); })
         .def_prop_ro("velocity_gradient", [](Sim& s) { return as_numpy(s.state().cell.velocity_gradient); })
@@ -348,16 +384,16 @@ template <class Engine> void bind_simulation(nb::module_& module) {
                      "Stress xx, yy, zz at the latest force pass, (1, 3), Pa, compression positive.")
         .def_prop_ro("stress", [](Sim& s) {
             auto& t = s.state();
-            return as_numpy(stress_tensor(SerialTeam{}, t.cell, t.particles, t.neighbours.slots, t.pair_forces));
+            return as_numpy(stress_tensor(SerialTeam{}, t.law, t.cell, t.particles, t.neighbours.slots));
         })
         .def_prop_ro("unbalanced_force", [](Sim& s) {
             auto& t = s.state();
-            return unbalanced_force(SerialTeam{}, t.particles, t.neighbours.slots, t.pair_forces);
+            return unbalanced_force(SerialTeam{}, t.law, t.particles, t.neighbours.slots);
         })
         .def_prop_ro("kinetic_energy", [](Sim& s) { return kinetic_energy(SerialTeam{}, s.state().particles); })
         .def_prop_ro("elastic_energy", [](Sim& s) {
             auto& t = s.state();
-            return elastic_energy(SerialTeam{}, t.law, t.particles, t.neighbours.slots, t.pair_forces);
+            return elastic_energy(SerialTeam{}, t.law, t.particles, t.neighbours.slots);
         })
         .def_prop_ro("void_ratio", [](Sim& s) { return s.state().cell.volume() / solid_volume(SerialTeam{}, s.state().particles) - 1; })
         .def_prop_ro("time_step", [](Sim& s) { return s.state().time_step; })
@@ -368,11 +404,10 @@ template <class Engine> void bind_simulation(nb::module_& module) {
             return nb::make_tuple(n.outer_rebuilds, n.near_rebuilds, n.slots.row[s.state().particles.count], n.outer_row[s.state().particles.count]);
         }, "Rebuilds of the outer and of the near list, near pairs, outer pairs.")
         .def_prop_ro("near_pairs", [](Sim& s) {
-            const auto& slots = s.state().neighbours.slots;
-            std::vector<Index> pairs;
-            const Index count = slots.row[s.state().particles.count];
-            for (Index k = 0; k < count; ++k) pairs.push_back(slots.first[k]), pairs.push_back(slots.second[k]);
-            return as_numpy(std::move(pairs), {static_cast<std::size_t>(count), 2});
+            std::vector<Index> ends;
+            for (const GivenPair& pair : given_pairs(s.state())) ends.push_back(pair.first), ends.push_back(pair.second);
+            const std::size_t count = ends.size() / 2;
+            return as_numpy(std::move(ends), {count, 2});
         })
         .def("contacts", &contacts_of<Engine>)
         .def("fabric", &fabric_of<Engine>);

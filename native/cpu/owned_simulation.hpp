@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <new>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "graincal/stress_path.hpp"
-#include "graincal/team.hpp"
+#include "serial_team.hpp"
 
 namespace graincal {
 
@@ -22,6 +25,28 @@ struct PackingView {
     std::size_t count() const { return radii.size(); }
 };
 
+// The particles along a Morton curve through meshes about as wide as a grain: who touch are then near in memory too.
+inline std::vector<Index> order_in_space(const PackingView& packing, const Mat3<double>& to_fractional) {
+    const Index n = static_cast<Index>(packing.count());
+    const double meshes_per_length = std::cbrt(double(n));
+    std::vector<std::pair<std::uint64_t, Index>> placed(n);
+    for (Index i = 0; i < n; ++i) {
+        const double* x = &packing.positions[3 * i];
+        const Vec3<double> s = to_fractional * Vec3<double>{x[0], x[1], x[2]};
+        std::uint64_t key = 0;
+        for (Index axis = 0; axis < 3; ++axis) {
+            const double edge = std::cbrt(determinant(packing.edges)), length = packing.edges(axis, axis);
+            const auto mesh = static_cast<std::uint64_t>((s[axis] - std::floor(s[axis])) * meshes_per_length * length / edge);
+            for (Index bit = 0; bit < 20; ++bit) key |= (mesh >> bit & 1) << (3 * bit + axis);
+        }
+        placed[i] = {key, i};
+    }
+    std::sort(placed.begin(), placed.end());
+    std::vector<Index> order(n);
+    for (Index i = 0; i < n; ++i) order[i] = placed[i].second;
+    return order;
+}
+
 template <class Real, class Law> class OwnedSimulation {
   public:
     using State = Simulation<Real, Law>;
@@ -31,16 +56,19 @@ template <class Real, class Law> class OwnedSimulation {
         allocate(n, 16 * n + 64, 6 * n + 64);
         state.law = law;
         state.cell.edges = state.cell.initial_edges = packing.edges;
-        const Mat3<Real> to_fractional = inverse(packing.edges);
+        const Mat3<double> to_fractional = inverse(packing.edges);
         double largest = 0, smallest = packing.radii[0], sum = 0;
+        const std::vector<Index> order = order_in_space(packing, to_fractional);
         for (Index i = 0; i < n; ++i) {
-            const double r = packing.radii[i];
+            const Index given = order[i];
+            const double r = packing.radii[given];
+            state.particles.given[i] = given;
             state.particles.radius[i] = r;
             const double mass = density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
-            state.particles.inverse_mass[i] = 1 / mass;
-            state.particles.inverse_inertia[i] = 1 / (0.4 * mass * r * r);
-            const double* x = &packing.positions[3 * i];
-            state.particles.fractional.set(i, to_fractional * Vec3<Real>{x[0], x[1], x[2]});
+            state.particles.inverse_mass[i] = Real(1 / mass);
+            state.particles.inverse_inertia[i] = Real(1 / (0.4 * mass * r * r));
+            const double* x = &packing.positions[3 * given];
+            state.particles.fractional.set(i, to_fractional * Vec3<double>{x[0], x[1], x[2]});
             largest = std::max(largest, r);
             smallest = std::min(smallest, r);
             sum += r;
@@ -52,7 +80,7 @@ template <class Real, class Law> class OwnedSimulation {
         state.neighbours.largest_radius = largest;
         state.neighbours.outer_gap = outer_gap_share * sum / n;
         state.neighbours.near_gap = near_gap_share * sum / n;
-        state.servo.inertia = servo_inertia_factor<Real> * density * std::pow(state.cell.volume(), 2.0 / 3.0);
+        state.servo.inertia = servo_inertia_factor * density * std::pow(state.cell.volume(), 2.0 / 3.0);
     }
     // A copy has the particles' motion and the contacts' memory; its neighbour lists and forces are found anew at its first step.
     OwnedSimulation(const OwnedSimulation& other) : OwnedSimulation(other, other.outer_capacity(), other.near_capacity()) {}
@@ -101,13 +129,14 @@ template <class Real, class Law> class OwnedSimulation {
         state.neighbours.outer_valid = state.neighbours.near_valid = false;
 
         const auto copy = [](auto* to, const auto* from, Index count) { std::copy_n(from, count, to); };
-        const auto copy_vectors = [&](const Vec3Array<Real>& to, const Vec3Array<Real>& from, Index count) {
+        const auto copy_vectors = [&](const auto& to, const auto& from, Index count) {
             copy(to.x, from.x, count), copy(to.y, from.y, count), copy(to.z, from.z, count);
         };
         const auto &to = state.particles, &from = source.particles;
         copy_vectors(to.fractional, from.fractional, n);
         copy_vectors(to.velocity, from.velocity, n);
         copy_vectors(to.spin, from.spin, n);
+        copy(to.given, from.given, n);
         copy(to.radius, from.radius, n);
         copy(to.inverse_mass, from.inverse_mass, n);
         copy(to.inverse_inertia, from.inverse_inertia, n);

@@ -1,6 +1,7 @@
-// The team of one CUDA thread block. The contract is that of team.hpp; sums follow the same tree as SerialTeam's.
+// The team of one CUDA thread block. The contract is that of team.hpp; sums follow the same tree as those of a CPU thread.
 #pragma once
 
+#include "graincal/particles.hpp"
 #include "graincal/team.hpp"
 
 namespace graincal {
@@ -55,9 +56,29 @@ class BlockTeam {
         return result;
     }
 
+    // Each pair lands its terms in a place of its own; each particle then looks up its pairs', in their order.
+    template <class Real, class Sum, class F>
+    Vec3<Coordinate> over_pairs(const PairEnds& pairs, const Particles<Real>& particles, Sum* sums, F f) const {
+        PairTerms<Sum>* landed = reinterpret_cast<PairTerms<Sum>*>(pairs.landing);
+        each(pairs.count, [&](Index k) {
+            PairTerms<Sum>& terms = landed[k];
+            const auto take_first = [&](const auto&... parts) { terms.to_first = Sum{parts...}; };
+            const auto take_second = [&](const auto&... parts) { terms.to_second = Sum{parts...}; };
+            terms.to_all = f(k, particles.side(pairs.first[k]), particles.side(pairs.second[k]), take_first, take_second);
+        });
+        sync();
+        each(particles.count, [&](Index i) {
+            Sum sum{};
+            for (Index at = pairs.incoming_row[i]; at < pairs.incoming_row[i + 1]; ++at) sum += landed[pairs.incoming[at]].to_second;
+            for (Index k = pairs.row[i]; k < pairs.row[i + 1]; ++k) sum += landed[k].to_first;
+            sums[i] = sum;
+        });
+        return this->sum(pairs.count, [&](Index k) { return as<Coordinate>(landed[k].to_all); });
+    }
+
     void scan(Index n, Index* values) const {
         sync();
-        if (threadIdx.x == 0) SerialTeam{}.scan(n, values);
+        if (threadIdx.x == 0) scan_in_order(n, values);
         sync();
     }
 

@@ -7,11 +7,11 @@ namespace graincal {
 // One simulation of a batch, laid out in device memory by the host.
 template <class Engine> struct DeviceTask {
     typename Engine::State simulation;
-    Progress<typename Engine::Real> progress;
-    Rest<typename Engine::Real> rest;
-    const Stage<typename Engine::Real>* stages;
+    Progress progress;
+    Rest rest;
+    const Stage* stages;
     Index stage_count;
-    Record<typename Engine::Real>* records;
+    Record* records;
     Status status;
 };
 

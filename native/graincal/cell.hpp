@@ -5,28 +5,28 @@
 
 namespace graincal {
 
-template <class Real> struct Cell {
-    Mat3<Real> edges = Mat3<Real>::identity();              // H
-    Mat3<Real> initial_edges = Mat3<Real>::identity();      // where strain is zero
-    Mat3<Real> velocity_gradient = Mat3<Real>{};            // L of the latest motion
+struct Cell {
+    Mat3<Coordinate> edges = Mat3<Coordinate>::identity();              // H
+    Mat3<Coordinate> initial_edges = Mat3<Coordinate>::identity();      // where strain is zero
+    Mat3<Coordinate> velocity_gradient = Mat3<Coordinate>{};            // L of the latest motion
 
-    Real volume() const { return determinant(edges); }
+    Coordinate volume() const { return determinant(edges); }
 
     // The shortest of the periodic images of a difference of fractional coordinates.
-    static Vec3<Real> nearest_image(Vec3<Real> ds) {
+    static Vec3<Coordinate> nearest_image(Vec3<Coordinate> ds) {
         return {ds.x - nearest_integer(ds.x), ds.y - nearest_integer(ds.y), ds.z - nearest_integer(ds.z)};
     }
-    Vec3<Real> branch(const Vec3<Real>& s1, const Vec3<Real>& s2) const { return edges * nearest_image(s2 - s1); }
+    Vec3<Coordinate> branch(const Vec3<Coordinate>& s1, const Vec3<Coordinate>& s2) const { return edges * nearest_image(s2 - s1); }
 
     // Logarithmic strain per axis, compression positive.
-    Real strain(Index axis) const { return logarithm(initial_edges(axis, axis) / edges(axis, axis)); }
+    Coordinate strain(Index axis) const { return logarithm(initial_edges(axis, axis) / edges(axis, axis)); }
 
     // The distance between opposite faces.
-    Vec3<Real> widths() const {
-        const Mat3<Real> reciprocal = inverse(edges);
-        return {Real(1) / norm(reciprocal.row[0]), Real(1) / norm(reciprocal.row[1]), Real(1) / norm(reciprocal.row[2])};
+    Vec3<Coordinate> widths() const {
+        const Mat3<Coordinate> reciprocal = inverse(edges);
+        return {Coordinate(1) / norm(reciprocal.row[0]), Coordinate(1) / norm(reciprocal.row[1]), Coordinate(1) / norm(reciprocal.row[2])};
     }
-    void advance(Real dt) { edges += dt * (velocity_gradient * edges); }
+    void advance(Coordinate dt) { edges += dt * (velocity_gradient * edges); }
 };
 
 }  // namespace graincal

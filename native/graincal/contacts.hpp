@@ -34,28 +34,4 @@ template <class Real> struct PairSlots {
     }
 };
 
-// What the force pass writes for the gather pass to sum.
-template <class Real> struct PairForces {
-    Vec3Array<Real> force;             // on the second particle; the first takes the opposite
-    Vec3Array<Real> torque1, torque2;  // on the first and on the second
-    Vec3Array<Real> virial;            // the diagonal of force (x) branch
-    Real *normal_stiffness, *shear_stiffness, *rolling_stiffness;
-
-    void lay_out(Arena& arena, Index capacity) {
-        force = arena.take_vectors<Real>(capacity);
-        torque1 = arena.take_vectors<Real>(capacity);
-        torque2 = arena.take_vectors<Real>(capacity);
-        virial = arena.take_vectors<Real>(capacity);
-        normal_stiffness = arena.take<Real>(capacity);
-        shear_stiffness = arena.take<Real>(capacity);
-        rolling_stiffness = arena.take<Real>(capacity);
-    }
-    ContactStiffness<Real> stiffness(Index slot) const { return {normal_stiffness[slot], shear_stiffness[slot], rolling_stiffness[slot]}; }
-    void store_stiffness(Index slot, const ContactStiffness<Real>& k) const {
-        normal_stiffness[slot] = k.normal;
-        shear_stiffness[slot] = k.shear;
-        rolling_stiffness[slot] = k.rolling;
-    }
-};
-
 }  // namespace graincal

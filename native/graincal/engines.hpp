@@ -10,6 +10,7 @@ namespace graincal {
 template <class RealType, template <class> class LawType> struct Engine {
     using Real = RealType;
     using Law = LawType<Real>;
+    using GivenLaw = LawType<double>;  // as it is handed over
     using State = Simulation<Real, Law>;
 };
 
@@ -39,6 +40,6 @@ template <class... Engines> struct EngineList {
     template <class First, class... Rest> static First first(First, Rest...);
 };
 
-using CompiledEngines = EngineList<Engine<double, LinearLaw>, Engine<double, HertzLaw>>;
+using CompiledEngines = EngineList<Engine<double, LinearLaw>, Engine<float, LinearLaw>, Engine<double, HertzLaw>, Engine<float, HertzLaw>>;
 
 }  // namespace graincal

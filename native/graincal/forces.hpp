@@ -1,81 +1,100 @@
-// The two passes over which forces are found: over the near pairs, each into its own slot, and over the particles, each summing its slots.
+// The passes over the near pairs: one finds the forces on the particles, one the stiffnesses that bound the time step.
 #pragma once
 
 #include "cell.hpp"
 #include "contacts.hpp"
 #include "neighbours.hpp"
-#include "particles.hpp"
 
 namespace graincal {
 
-// Brings every near pair's contact to the present positions and writes its forces to its slot. Pairs that do not touch are computed too and
-// given zeros: there are few of them, and without a branch the loop becomes vector code.
-template <class Team, class Real, class Law>
-void pair_pass(const Team& team, const Law& law, const Cell<Real>& cell, const Particles<Real>& particles, const PairSlots<Real>& slots,
-               const PairForces<Real>& out, Real dt) {
-    // The latest motion took branch b to (1 + dt L) b + dt (u2 - u1): seen from its end, v2 - v1 = u2 - u1 + G (branch - dt (u2 - u1)).
-    const Mat3<Real> gradient = cell.velocity_gradient * inverse(Mat3<Real>::identity() + dt * cell.velocity_gradient);
-    team.each(slots.row[particles.count], [=](Index slot) {
-        const Index i = slots.first[slot], j = slots.second[slot];
-        const Vec3<Real> branch = cell.branch(particles.fractional[i], particles.fractional[j]);
-        const Vec3<Real> fluctuation = particles.velocity[j] - particles.velocity[i];
-        const Real radius1 = particles.radius[i], radius2 = particles.radius[j];
-        const Real distance = norm(branch), overlap = radius1 + radius2 - distance;
+// Brings every near pair's contact to the present positions, sums what acts on each particle, and returns the diagonal of the sum of force (x) branch.
+// Pairs that do not touch are computed too and given zeros: there are few of them, and without a branch the loop becomes vector code.
+// `edges` are those of the cell, `gradient` is G below; both Mat3, or Diagonal where they are.
+template <class Team, class Real, class Law, class Matrix>
+Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edges, const Matrix& exact_gradient, const Particles<Real>& particles,
+                            const Neighbours<Real>& list, Coordinate time_step) {
+    const auto gradient = as<Real>(exact_gradient);
+    const Real dt = Real(time_step);
+    const PairSlots<Real> slots = list.slots;
+    return team.over_pairs(list.ends(), particles, particles.load, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
+        const Vec3<Coordinate> exact_branch = edges * Cell::nearest_image(two.fractional - one.fractional);
+        const Coordinate distance = norm(exact_branch);
+        const Real radius1 = Real(one.radius), radius2 = Real(two.radius), overlap = Real(one.radius + two.radius - distance);
+        const Vec3<Real> branch = as<Real>(exact_branch);
+        const Vec3<Real> fluctuation = two.velocity - one.velocity;
         const TouchingPair<Real> pair{radius1,
                                       radius2,
                                       overlap,
-                                      (Real(1) / distance) * branch,
+                                      (Real(1) / Real(distance)) * branch,
                                       fluctuation + gradient * (branch - dt * fluctuation),
-                                      particles.spin[i],
-                                      particles.spin[j]};
+                                      one.spin,
+                                      two.spin};
         const ContactStiffness<Real> stiffness = law.stiffness(pair);
         const Real normal_force = law.normal_force(pair, stiffness);
         const ContactHistory<Real> history = law.advance(pair, stiffness, normal_force, dt, slots.history(slot));
         slots.store(slot, history);
 
-        const bool touches = overlap >= Real(0);
-        const auto if_touching = [=](const Vec3<Real>& v) { return either(touches, v, {}); };
-        const Vec3<Real> force = normal_force * pair.normal + history.shear;
-        const Vec3<Real> moment = history.bending + history.twisting;
-        const Vec3<Real> lever = cross(pair.normal, history.shear);
-        out.force.set(slot, if_touching(force));
-        out.torque1.set(slot, if_touching(-((radius1 - Real(0.5) * overlap) * lever + moment)));
-        out.torque2.set(slot, if_touching(moment - (radius2 - Real(0.5) * overlap) * lever));
-        out.virial.set(slot, if_touching(componentwise(force, branch)));
-        const Real counts = touches ? Real(1) : Real(0);
-        out.store_stiffness(slot, {counts * stiffness.normal, counts * stiffness.shear, counts * stiffness.rolling});
+        const Real counts = overlap >= Real(0) ? Real(1) : Real(0);
+        const Vec3<Real> force = counts * (normal_force * pair.normal + history.shear);
+        const Vec3<Real> moment = counts * (history.bending + history.twisting);
+        const Vec3<Real> lever = counts * cross(pair.normal, history.shear);
+        const Vec3<Real> torque1 = (radius1 - Real(0.5) * overlap) * lever + moment, torque2 = moment - (radius2 - Real(0.5) * overlap) * lever;
+        to_first(-force, -torque1);
+        to_second(force, torque2);
+        return componentwise(force, branch);
     });
 }
 
-// Sums forces and torques, and finds for each particle the largest of K/m and R/I, 1/s^2: the squared frequency that bounds the time step.
-// K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km per axis a, as YADE's GlobalStiffnessTimeStepper.
-template <class Team, class Real>
-void gather_pass(const Team& team, const Particles<Real>& particles, const Neighbours<Real>& list, const PairForces<Real>& pairs) {
-    team.each(particles.count, [=, &list](Index i) {
-        Vec3<Real> force, torque, translation, shear_across;
-        Real rolling = 0;
-        const auto add_stiffness = [&](Index slot) {
-            const ContactStiffness<Real> k = pairs.stiffness(slot);
-            const Vec3<Real> n = list.slots.normal[slot], squared = componentwise(n, n);
-            translation += (k.normal - k.shear) * squared + Vec3<Real>{k.shear, k.shear, k.shear};
-            shear_across += k.shear * (Vec3<Real>{1, 1, 1} - squared);
-            rolling += k.rolling;
-        };
-        for (Index slot = list.slots.row[i]; slot < list.slots.row[i + 1]; ++slot) {
-            force -= pairs.force[slot];
-            torque += pairs.torque1[slot];
-            add_stiffness(slot);
-        }
-        for (Index k = list.incoming_row[i]; k < list.incoming_row[i + 1]; ++k) {
-            const Index slot = list.incoming[k];
-            force += pairs.force[slot];
-            torque += pairs.torque2[slot];
-            add_stiffness(slot);
-        }
-        particles.force.set(i, force);
-        particles.torque.set(i, torque);
-        const Real r = particles.radius[i], rotation = r * r * largest(shear_across) + rolling;
-        particles.squared_frequency[i] = maximum(largest(translation) * particles.inverse_mass[i], rotation * particles.inverse_inertia[i]);
+template <class Team, class Real, class Law>
+Vec3<Coordinate> find_pair_forces(const Team& team, const Law& law, const Cell& cell, const Particles<Real>& particles, const Neighbours<Real>& list,
+                                  Coordinate time_step) {
+    using Matrix = Mat3<Coordinate>;
+    // The latest motion took branch b to (1 + dt L) b + dt (u2 - u1): seen from its end, v2 - v1 = u2 - u1 + G (branch - dt (u2 - u1)).
+    const Matrix gradient = cell.velocity_gradient * inverse(Matrix::identity() + time_step * cell.velocity_gradient);
+    // Most cells only stretch along their axes, which saves twelve multiplications and as many additions a pair.
+    if (is_diagonal(cell.edges) && is_diagonal(gradient)) {
+        using Stretch = Diagonal<Coordinate>;
+        return force_pass(team, law, Stretch::of(cell.edges), Stretch::of(gradient), particles, list, time_step);
+    }
+    return force_pass(team, law, cell.edges, gradient, particles, list, time_step);
+}
+
+// A pair as the latest force pass left it, for what depends on its overlap and normal alone.
+template <class Real> TouchingPair<Real> resting_pair(const Particles<Real>& particles, const PairSlots<Real>& slots, Index slot) {
+    return {Real(particles.radius[slots.first[slot]]), Real(particles.radius[slots.second[slot]]), slots.overlap[slot], slots.normal[slot], {}, {}, {}};
+}
+
+// The force on the second particle of a touching pair at the latest force pass.
+template <class Real, class Law>
+Vec3<Real> contact_force(const Law& law, const Particles<Real>& particles, const PairSlots<Real>& slots, Index slot) {
+    const TouchingPair<Real> pair = resting_pair(particles, slots, slot);
+    return law.normal_force(pair, law.stiffness(pair)) * pair.normal + slots.shear[slot];
+}
+
+// Sums the stiffnesses of each particle's contacts.
+template <class Team, class Real, class Law>
+void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& particles, const Neighbours<Real>& list) {
+    const PairSlots<Real> slots = list.slots;
+    team.over_pairs(list.ends(), particles, particles.stiffness, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
+        const Vec3<Real> n = slots.normal[slot], squared = componentwise(n, n);
+        const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], n, {}, {}, {}});
+        const Real counts = slots.touching(slot) ? Real(1) : Real(0), shear = counts * k.shear;
+        const Vec3<Real> normal_less_shear = (counts * (k.normal - k.shear)) * squared, shear_along = shear * squared;
+        to_first(normal_less_shear, shear_along, shear, counts * k.rolling);
+        to_second(normal_less_shear, shear_along, shear, counts * k.rolling);
+        return Vec3<Real>{};
+    });
+}
+
+// The largest of K/m and R/I over the particles, 1/s^2: the squared frequency that bounds the time step. Per axis a,
+// K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km, as YADE's GlobalStiffnessTimeStepper. Zero without contacts.
+template <class Team, class Real> Real largest_squared_frequency(const Team& team, const Particles<Real>& particles) {
+    return team.largest(particles.count, [&](Index i) {
+        const StiffnessSum<Real> k = particles.stiffness[i];
+        const Real r = Real(particles.radius[i]);
+        const Real translation = largest(k.normal_less_shear) + k.shear;
+        const Real rotation = r * r * (k.shear - minimum(k.shear_along.x, minimum(k.shear_along.y, k.shear_along.z))) + k.rolling;
+        return maximum(translation * particles.inverse_mass[i], rotation * particles.inverse_inertia[i]);
     });
 }
 

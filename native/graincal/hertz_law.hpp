@@ -18,6 +18,10 @@ template <class Real> struct HertzLaw {
     Real rolling_stiffness;  // beta_m
     Real rolling_strength;   // eta_m
 
+    template <class Other> HertzLaw<Other> in_precision() const {
+        return {Other(modulus), Other(poisson_ratio), Other(friction), Other(rolling_stiffness), Other(rolling_strength)};
+    }
+
     // Tangents: dFn / dun = 2 E* a and 8 G* a, with the radius of the contact a = sqrt(r* un), E* = E / (2 (1 - nu^2)), G* = E / (4 (1 + nu) (2 - nu)).
     ContactStiffness<Real> stiffness(const TouchingPair<Real>& pair) const {
         const Real product = pair.radius1 * pair.radius2;
@@ -49,7 +53,7 @@ template <class Real> struct HertzLaw {
 
     // A contact that has only begun has almost no stiffness, and the critical step it asks for says nothing of the next overlap. The bound is that of
     // contacts with overlaps of some 1e-4 of a radius, which takes less than a millionth of E as pressure.
-    Real longest_step(Real wave_time) const { return Real(20) * wave_time; }
+    Coordinate longest_step(Coordinate wave_time) const { return 20 * wave_time; }
 };
 
 }  // namespace graincal

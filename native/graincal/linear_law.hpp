@@ -12,6 +12,10 @@ template <class Real> struct LinearLaw {
     Real rolling_stiffness;  // beta_m
     Real rolling_strength;   // eta_m
 
+    template <class Other> LinearLaw<Other> in_precision() const {
+        return {Other(modulus), Other(stiffness_ratio), Other(friction), Other(rolling_stiffness), Other(rolling_strength)};
+    }
+
     ContactStiffness<Real> stiffness(const TouchingPair<Real>& pair) const {
         const Real product = pair.radius1 * pair.radius2;
         const Real normal = Real(2) * modulus * product / (pair.radius1 + pair.radius2);
@@ -34,7 +38,7 @@ template <class Real> struct LinearLaw {
     }
 
     // The longest step to take whatever the contacts, s: none need be set, since each has its stiffness from the first touch.
-    Real longest_step(Real) const { return infinity<Real>(); }
+    Coordinate longest_step(Coordinate) const { return infinity<Coordinate>(); }
 };
 
 }  // namespace graincal

@@ -24,20 +24,23 @@ template <class Real> struct OwnFluctuation {
 // Moves the cell and the particles through dt and returns the largest fluctuation velocity, m/s. `opposed(i, u)` is the velocity that the damping
 // of translation opposes.
 template <class Team, class Real, class Opposed = OwnFluctuation<Real>>
-Real advance_motion(const Team& team, Particles<Real>& particles, Cell<Real>& cell, Real damping, Real dt, Opposed opposed = {}) {
-    cell.advance(dt);
-    const Mat3<Real> to_fractional = inverse(cell.edges);
-    team.each(particles.count, [=](Index i) {
-        Vec3<Real> u = particles.velocity[i], w = particles.spin[i];
-        u += dt * damped(particles.inverse_mass[i] * particles.force[i], opposed(i, u), damping, dt);
-        w += dt * damped(particles.inverse_inertia[i] * particles.torque[i], w, damping, dt);
-        particles.velocity.set(i, u);
-        particles.spin.set(i, w);
-        particles.fractional.set(i, particles.fractional[i] + dt * (to_fractional * u));
+Real advance_motion(const Team& team, Particles<Real>& particles, Cell& cell, Coordinate damping, Coordinate time_step, Opposed opposed = {}) {
+    cell.advance(time_step);
+    const Mat3<Coordinate> to_fractional = time_step * inverse(cell.edges);
+    const Real dt = Real(time_step), zeta = Real(damping);
+    const Particles<Real> p = particles;
+    team.each(p.count, [=](Index i) {
+        const Load<Real>& load = p.load[i];
+        Vec3<Real> u = p.velocity[i], w = p.spin[i];
+        u += dt * damped(p.inverse_mass[i] * load.force, opposed(i, u), zeta, dt);
+        w += dt * damped(p.inverse_inertia[i] * load.torque, w, zeta, dt);
+        p.velocity.set(i, u);
+        p.spin.set(i, w);
+        p.fractional.set(i, p.fractional[i] + to_fractional * as<Coordinate>(u));
     });
     team.sync();
-    const Real squared = team.largest(particles.count, [&](Index i) {
-        const Vec3<Real> u = particles.velocity[i];
+    const Real squared = team.largest(p.count, [=](Index i) {
+        const Vec3<Real> u = p.velocity[i];
         const Real speed = dot(u, u);
         // A maximum passes over what is not a number; an infinite speed it does not.
         return speed >= Real(0) ? speed : infinity<Real>();

@@ -11,27 +11,34 @@ namespace graincal {
 enum class NeighbourStatus { ready, outer_full, near_full, cell_too_small };
 
 template <class Real> struct Neighbours {
+    using Terms = PairTerms<Load<Real>>;
+    static_assert(sizeof(Terms) == sizeof(PairTerms<StiffnessSum<Real>>));
+
+    Index count = 0;  // of particles
     Index outer_capacity = 0, near_capacity = 0, grid_capacity = 0;
-    Real outer_gap, near_gap;    // pairs whose surfaces are closer than this are listed, m
-    Real largest_radius;
+    Coordinate outer_gap, near_gap;  // pairs whose surfaces are closer than this are listed, m
+    Coordinate largest_radius;
     bool outer_valid = false, near_valid = false;
 
     Index* outer_row;            // (N + 1)
     Index* outer_second;
     PairSlots<Real> slots;       // the near pairs
     PairSlots<Real> spare;       // where the next near pairs are gathered
-    Index* incoming_row;         // (N + 1): incoming[incoming_row[j]...] are the slots whose second particle is j
+    bool terms_land = false;     // for a team that lands the terms of pairs, and looks up which come in at a particle (PairEnds)
+    Index* incoming_row;         // (N + 1)
     Index* incoming;
-    Vec3Array<Real> outer_reference, near_reference;  // fractional coordinates when each list was made
-    Mat3<Real> outer_edges, near_edges;
-    Real travel = 0;             // no particle has moved further than this against the cell since near_reference, m
+    char* landing;
+    Vec3Array<Coordinate> outer_reference, near_reference;  // fractional coordinates when each list was made
+    Mat3<Coordinate> outer_edges, near_edges;
+    Coordinate travel = 0;       // no particle has moved further than this against the cell since near_reference, m
     Index* cell_of;              // grid: particle -> grid cell, and the particles of each cell
     Index* grid_row;
     Index* grid_member;
     Index* counter;              // (max(N, grid) + 1)
     Index outer_rebuilds = 0, near_rebuilds = 0;
 
-    void lay_out(Arena& arena, Index n, Index outer_pairs, Index near_pairs) {
+    void lay_out(Arena& arena, Index n, Index outer_pairs, Index near_pairs, bool lands) {
+        count = n;
         outer_capacity = outer_pairs;
         near_capacity = near_pairs;
         grid_capacity = 2 * n + 64;
@@ -39,31 +46,34 @@ template <class Real> struct Neighbours {
         outer_second = arena.take<Index>(outer_pairs);
         slots.lay_out(arena, n, near_pairs);
         spare.lay_out(arena, n, near_pairs);
-        incoming_row = arena.take<Index>(n + 1);
-        incoming = arena.take<Index>(near_pairs);
-        outer_reference = arena.take_vectors<Real>(n);
-        near_reference = arena.take_vectors<Real>(n);
+        terms_land = lands;
+        incoming_row = arena.take<Index>(lands ? n + 1 : 0);
+        incoming = arena.take<Index>(lands ? near_pairs : 0);
+        landing = reinterpret_cast<char*>(arena.take<Terms>(lands ? near_pairs : 0));
+        outer_reference = arena.take_vectors<Coordinate>(n);
+        near_reference = arena.take_vectors<Coordinate>(n);
         cell_of = arena.take<Index>(n);
         grid_row = arena.take<Index>(grid_capacity + 1);
         grid_member = arena.take<Index>(n);
         counter = arena.take<Index>(grid_capacity + 1);
     }
-    Real reach(Real gap) const { return Real(2) * largest_radius + gap; }
+    Coordinate reach(Coordinate gap) const { return 2 * largest_radius + gap; }
+    PairEnds ends() const { return {slots.row[count], slots.first, slots.second, slots.row, incoming_row, incoming, landing}; }
 };
 
 // How far two particles within the outer reach can have come closer since the reference, if each has moved at most `travel` against the cell: by their
 // own motion, which the cell stretches after it, and by the cell's deformation.
 template <class Real>
-Real closing(const Neighbours<Real>& list, const Cell<Real>& cell, const Mat3<Real>& reference_edges, Real travel) {
-    const Real stretch = frobenius_norm(cell.edges * inverse(reference_edges) - Mat3<Real>::identity());
-    return (Real(1) + stretch) * Real(2) * travel + stretch * list.reach(list.outer_gap);
+Coordinate closing(const Neighbours<Real>& list, const Cell& cell, const Mat3<Coordinate>& reference_edges, Coordinate travel) {
+    const Coordinate stretch = frobenius_norm(cell.edges * inverse(reference_edges) - Mat3<Coordinate>::identity());
+    return (1 + stretch) * 2 * travel + stretch * list.reach(list.outer_gap);
 }
 
 // The furthest that a particle has moved against the cell since the reference, m.
 template <class Team, class Real>
-Real furthest_travel(const Team& team, const Particles<Real>& particles, const Cell<Real>& cell, const Vec3Array<Real>& reference) {
-    const Real squared = team.largest(particles.count, [&](Index i) {
-        const Vec3<Real> moved = cell.edges * (particles.fractional[i] - reference[i]);
+Coordinate furthest_travel(const Team& team, const Particles<Real>& particles, const Cell& cell, const Vec3Array<Coordinate>& reference) {
+    const Coordinate squared = team.largest(particles.count, [&](Index i) {
+        const Vec3<Coordinate> moved = cell.edges * (particles.fractional[i] - reference[i]);
         return dot(moved, moved);
     });
     return square_root(squared);
@@ -75,22 +85,22 @@ inline void sort_ascending(Index* begin, Index* end) {
 }
 
 // A grid over the cell whose meshes are at least the outer reach wide.
-template <class Real> struct Grid {
+struct Grid {
     Index n[3];
 
-    Grid(const Vec3<Real>& widths, Real reach, Index capacity) {
-        Real mesh = reach;
+    Grid(const Vec3<Coordinate>& widths, Coordinate reach, Index capacity) {
+        Coordinate mesh = reach;
         do {
-            for (Index axis = 0; axis < 3; ++axis) n[axis] = maximum(Index(1), Index(minimum(widths[axis] / mesh, Real(capacity))));
-            mesh *= Real(1.1);
-        } while (Real(n[0]) * Real(n[1]) * Real(n[2]) > Real(capacity));
+            for (Index axis = 0; axis < 3; ++axis) n[axis] = maximum(Index(1), Index(minimum(widths[axis] / mesh, Coordinate(capacity))));
+            mesh *= 1.1;
+        } while (Coordinate(n[0]) * Coordinate(n[1]) * Coordinate(n[2]) > Coordinate(capacity));
     }
     Index size() const { return n[0] * n[1] * n[2]; }
-    Index mesh_of(Real s, Index axis) const {
+    Index mesh_of(Coordinate s, Index axis) const {
         // Rounding can put a coordinate just below one onto the upper face.
-        return minimum(Index(s * Real(n[axis])), n[axis] - 1);
+        return minimum(Index(s * Coordinate(n[axis])), n[axis] - 1);
     }
-    Index cell_of(const Vec3<Real>& s) const { return (mesh_of(s.x, 0) * n[1] + mesh_of(s.y, 1)) * n[2] + mesh_of(s.z, 2); }
+    Index cell_of(const Vec3<Coordinate>& s) const { return (mesh_of(s.x, 0) * n[1] + mesh_of(s.y, 1)) * n[2] + mesh_of(s.z, 2); }
 
     // Visits each distinct mesh around (and including) the given one.
     template <class F> void around(Index cell, F f) const {
@@ -107,26 +117,26 @@ template <class Real> struct Grid {
     }
 };
 
-template <class Real> Real wrapped(Real s) {
+inline Coordinate wrapped(Coordinate s) {
     // s - floor(s), in [0, 1) or exactly 1 by rounding
-    const Real whole = nearest_integer(s);
-    return s < whole ? s - whole + Real(1) : s - whole;
+    const Coordinate whole = nearest_integer(s);
+    return s < whole ? s - whole + 1 : s - whole;
 }
 
 // Finds all pairs closer than the outer gap.
 template <class Team, class Real>
-NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell<Real>& cell) {
+NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
-    const Real reach = list.reach(list.outer_gap);
-    const Vec3<Real> widths = cell.widths();
+    const Coordinate reach = list.reach(list.outer_gap);
+    const Vec3<Coordinate> widths = cell.widths();
     // Below two reaches a pair could touch through two images at once.
-    if (!(minimum(widths.x, minimum(widths.y, widths.z)) > Real(2) * reach)) return NeighbourStatus::cell_too_small;
-    const Grid<Real> grid(widths, reach, list.grid_capacity);
+    if (!(minimum(widths.x, minimum(widths.y, widths.z)) > 2 * reach)) return NeighbourStatus::cell_too_small;
+    const Grid grid(widths, reach, list.grid_capacity);
 
     team.each(grid.size() + 1, [&](Index c) { list.grid_row[c] = 0; });
     team.sync();
     team.each(n, [&](Index i) {
-        const Vec3<Real> s = particles.fractional[i];
+        const Vec3<Coordinate> s = particles.fractional[i];
         list.outer_reference.set(i, s);
         list.cell_of[i] = grid.cell_of({wrapped(s.x), wrapped(s.y), wrapped(s.z)});
         team.claim(&list.grid_row[list.cell_of[i]]);
@@ -143,8 +153,8 @@ NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Pa
             for (Index m = list.grid_row[c]; m < list.grid_row[c + 1]; ++m) {
                 const Index j = list.grid_member[m];
                 if (j <= i) continue;
-                const Vec3<Real> r = cell.branch(particles.fractional[i], particles.fractional[j]);
-                const Real within = particles.radius[i] + particles.radius[j] + list.outer_gap;
+                const Vec3<Coordinate> r = cell.branch(particles.fractional[i], particles.fractional[j]);
+                const Coordinate within = particles.radius[i] + particles.radius[j] + list.outer_gap;
                 if (dot(r, r) < within * within) f(j);
             }
         });
@@ -172,16 +182,32 @@ NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Pa
     return NeighbourStatus::ready;
 }
 
+// Lists for each particle the near pairs of which it is the second.
+template <class Team, class Real> void list_incoming(const Team& team, Neighbours<Real>& list) {
+    const Index n = list.count, pairs = list.slots.row[n];
+    team.each(n + 1, [&](Index j) { list.incoming_row[j] = 0; });
+    team.sync();
+    team.each(pairs, [&](Index slot) { team.claim(&list.incoming_row[list.slots.second[slot]]); });
+    team.sync();
+    team.scan(n, list.incoming_row);
+    team.each(n, [&](Index j) { list.counter[j] = list.incoming_row[j]; });
+    team.sync();
+    team.each(pairs, [&](Index slot) { list.incoming[team.claim(&list.counter[list.slots.second[slot]])] = slot; });
+    team.sync();
+    team.each(n, [&](Index j) { sort_ascending(list.incoming + list.incoming_row[j], list.incoming + list.incoming_row[j + 1]); });
+    team.sync();
+}
+
 // Picks the near pairs from the outer list and moves the histories to their new slots.
 template <class Team, class Real>
-NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell<Real>& cell) {
+NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
     const PairSlots<Real>&old = list.slots, &fresh = list.spare;
     const auto visit = [&](Index i, auto f) {
         for (Index p = list.outer_row[i]; p < list.outer_row[i + 1]; ++p) {
             const Index j = list.outer_second[p];
-            const Vec3<Real> r = cell.branch(particles.fractional[i], particles.fractional[j]);
-            const Real within = particles.radius[i] + particles.radius[j] + list.near_gap;
+            const Vec3<Coordinate> r = cell.branch(particles.fractional[i], particles.fractional[j]);
+            const Coordinate within = particles.radius[i] + particles.radius[j] + list.near_gap;
             if (dot(r, r) < within * within) f(j);
         }
     };
@@ -196,8 +222,6 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
         list.near_valid = false;
         return NeighbourStatus::near_full;
     }
-    team.each(n + 1, [&](Index j) { list.incoming_row[j] = 0; });
-    team.sync();
     team.each(n, [&](Index i) {
         Index slot = fresh.row[i], before = old.row[i];
         visit(i, [&](Index j) {
@@ -206,22 +230,13 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
             fresh.first[slot] = i;
             fresh.second[slot] = j;
             fresh.store(slot, known ? old.history(before) : ContactHistory<Real>{});
-            team.claim(&list.incoming_row[j]);
             ++slot;
         });
-    });
-    team.sync();
-    team.scan(n, list.incoming_row);
-    team.each(n, [&](Index j) { list.counter[j] = list.incoming_row[j]; });
-    team.sync();
-    team.each(fresh.row[n], [&](Index slot) { list.incoming[team.claim(&list.counter[fresh.second[slot]])] = slot; });
-    team.sync();
-    team.each(n, [&](Index j) {
-        sort_ascending(list.incoming + list.incoming_row[j], list.incoming + list.incoming_row[j + 1]);
-        list.near_reference.set(j, particles.fractional[j]);
+        list.near_reference.set(i, particles.fractional[i]);
     });
     team.sync();
     exchange(list.slots, list.spare);
+    if (list.terms_land) list_incoming(team, list);
     list.near_edges = cell.edges;
     list.near_valid = true;
     list.travel = 0;
@@ -231,7 +246,7 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
 
 // Makes sure that every pair which touches at the present positions has a slot.
 template <class Team, class Real>
-NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell<Real>& cell) {
+NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const auto near_is_enough = [&] {
         return list.near_valid && closing(list, cell, list.near_edges, list.travel) < list.near_gap;
     };
@@ -239,11 +254,11 @@ NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, cons
     if (list.near_valid) {
         // `travel` adds up largest velocities, an upper bound: look at the particles themselves before rebuilding.
         list.travel = furthest_travel(team, particles, cell, list.near_reference);
-        const Real worth_keeping = Real(0.8) * list.near_gap;
+        const Coordinate worth_keeping = 0.8 * list.near_gap;
         if (closing(list, cell, list.near_edges, list.travel) < worth_keeping) return NeighbourStatus::ready;
     }
     const auto outer_is_enough = [&] {
-        const Real travel = furthest_travel(team, particles, cell, list.outer_reference);
+        const Coordinate travel = furthest_travel(team, particles, cell, list.outer_reference);
         return closing(list, cell, list.outer_edges, travel) + list.near_gap < list.outer_gap;
     };
     if (!list.outer_valid || !outer_is_enough()) {

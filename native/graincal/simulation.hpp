@@ -2,7 +2,6 @@
 #pragma once
 
 #include "fabric.hpp"
-#include "linear_law.hpp"
 #include "motion.hpp"
 #include "servo.hpp"
 #include "time_step.hpp"
@@ -14,25 +13,24 @@ enum class Status { running, finished, needs_more_outer_pairs, needs_more_near_p
 template <class Real, class Law> struct Simulation {
     Particles<Real> particles;
     Neighbours<Real> neighbours;
-    PairForces<Real> pair_forces;
-    Cell<Real> cell;
+    Cell cell;
     Law law;
-    Servo<Real> servo;
-    TimeStepper<Real> time_stepper;
-    Real time_step;  // s
-    Real time = 0;   // s
-    Real damping = Real(0.2);
-    Real smallest_radius;
-    Vec3<Real> stress;            // diagonal at the latest force pass, Pa, compression positive
+    Servo servo;
+    TimeStepper time_stepper;
+    Coordinate time_step;  // s
+    Coordinate time = 0;   // s
+    Coordinate damping = 0.2;
+    Coordinate smallest_radius;
+    Vec3<Coordinate> stress;            // diagonal at the latest force pass, Pa, compression positive
     long long steps = 0;
 
-    void lay_out(Arena& arena, Index n, Index outer_pairs, Index near_pairs) {
+    // `lands`: for a team that lands the terms of pairs.
+    void lay_out(Arena& arena, Index n, Index outer_pairs, Index near_pairs, bool lands = false) {
         particles.lay_out(arena, n);
-        neighbours.lay_out(arena, n, outer_pairs, near_pairs);
-        pair_forces.lay_out(arena, near_pairs);
+        neighbours.lay_out(arena, n, outer_pairs, near_pairs, lands);
     }
     // A simulation whose fastest particle crosses the smallest radius in a step has blown up: soft grains that are compressed fast come to a quarter.
-    Real speed_limit() const { return smallest_radius / time_step; }
+    Coordinate speed_limit() const { return smallest_radius / time_step; }
 };
 
 inline Status as_simulation_status(NeighbourStatus status) {
@@ -48,30 +46,29 @@ inline Status as_simulation_status(NeighbourStatus status) {
 template <class Team, class Real, class Law> Status find_forces(const Team& team, Simulation<Real, Law>& sim) {
     const Status status = as_simulation_status(update_neighbours(team, sim.neighbours, sim.particles, sim.cell));
     if (status != Status::running) return status;
-    pair_pass(team, sim.law, sim.cell, sim.particles, sim.neighbours.slots, sim.pair_forces, sim.time_step);
+    const Vec3<Coordinate> virial = find_pair_forces(team, sim.law, sim.cell, sim.particles, sim.neighbours, sim.time_step);
     team.sync();
-    const Index pairs = sim.neighbours.slots.row[sim.particles.count];
-    const Vec3<Real> sum = team.sum(pairs, [&](Index slot) { return sim.pair_forces.virial[slot]; });
-    gather_pass(team, sim.particles, sim.neighbours, sim.pair_forces);
-    team.sync();
-    sim.stress = (Real(1) / sim.cell.volume()) * sum;
+    sim.stress = (1 / sim.cell.volume()) * virial;
     return is_finite(sim.stress.x + sim.stress.y + sim.stress.z) ? Status::running : Status::diverged;
 }
 
 template <class Team, class Real, class Law> void choose_time_step(const Team& team, Simulation<Real, Law>& sim) {
-    sim.time_step = sim.time_stepper.next(sim.time_step, largest_squared_frequency(team, sim.particles));
+    if (!sim.time_stepper.due(sim.steps)) return;
+    stiffness_pass(team, sim.law, sim.particles, sim.neighbours);
+    team.sync();
+    sim.time_step = sim.time_stepper.next(sim.time_step, largest_squared_frequency(team, sim.particles), sim.steps);
 }
 
 template <class Real, class Law> void drive_cell(Simulation<Real, Law>& sim) {
     for (Index axis = 0; axis < 3; ++axis) {
-        Real& rate = sim.cell.velocity_gradient(axis, axis);
+        Coordinate& rate = sim.cell.velocity_gradient(axis, axis);
         rate = sim.servo.rate(axis, rate, sim.stress[axis], sim.cell.strain(axis), sim.time_step);
     }
 }
 
 template <class Team, class Real, class Law, class Opposed = OwnFluctuation<Real>>
 Status move(const Team& team, Simulation<Real, Law>& sim, Opposed opposed = {}) {
-    const Real fastest = advance_motion(team, sim.particles, sim.cell, sim.damping, sim.time_step, opposed);
+    const Coordinate fastest = advance_motion(team, sim.particles, sim.cell, sim.damping, sim.time_step, opposed);
     team.sync();
     sim.neighbours.travel += fastest * sim.time_step;
     sim.time += sim.time_step;

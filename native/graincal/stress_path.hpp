@@ -6,33 +6,33 @@
 
 namespace graincal {
 
-template <class Real> struct Stage {
-    AxisGoal<Real> axis[3];
+struct Stage {
+    AxisGoal axis[3];
     bool record = false;        // relax with the heavier damping, then write the state down
     bool strain_origin = false; // strains count from the end of this stage
     bool mean_stress = false;   // stress targets are of the mean stress, which the axes under stress control keep together
 };
 
-template <class Real> struct Rest {
-    Real unbalanced_force = Real(1e-3);
-    Real loading_damping = Real(0.2);
-    Real relaxing_damping = Real(0.9);
+struct Rest {
+    Coordinate unbalanced_force = 1e-3;
+    Coordinate loading_damping = 0.2;
+    Coordinate relaxing_damping = 0.9;
     long long step_limit = 25000;  // a state not at rest after so many steps, or
-    Real loading_multiple = 5;     // so many times the steps of its loading if that is more, is taken as it is and flagged
+    Coordinate loading_multiple = 5;     // so many times the steps of its loading if that is more, is taken as it is and flagged
 };
 
 // One recorded state.
-template <class Real> struct Record {
-    Mat3<Real> edges, stress;
-    Vec3<Real> strain;
-    Fabric<Real> fabric;
-    Real unbalanced_force;
+struct Record {
+    Mat3<Coordinate> edges, stress;
+    Vec3<Coordinate> strain;
+    Fabric fabric;
+    Coordinate unbalanced_force;
     long long steps;
     bool flagged;
 };
 
 // Where a run along a path stands between two steps: with the simulation, all that is needed to go on.
-template <class Real> struct Progress {
+struct Progress {
     Index stage = 0;
     bool relaxing = false;
     long long stage_start = 0;    // steps
@@ -43,12 +43,12 @@ template <class Real> struct Progress {
     bool consolidation_flagged = false;  // a stage without a record was not at rest within its limit
 };
 
-template <class Team, class Real, class Law> Record<Real> record_state(const Team& team, const Simulation<Real, Law>& sim, Real unbalanced, bool flagged) {
-    Record<Real> record;
+template <class Team, class Real, class Law> Record record_state(const Team& team, const Simulation<Real, Law>& sim, Coordinate unbalanced, bool flagged) {
+    Record record;
     record.edges = sim.cell.edges;
-    record.stress = stress_tensor(team, sim.cell, sim.particles, sim.neighbours.slots, sim.pair_forces);
+    record.stress = stress_tensor(team, sim.law, sim.cell, sim.particles, sim.neighbours.slots);
     record.strain = {sim.cell.strain(0), sim.cell.strain(1), sim.cell.strain(2)};
-    record.fabric = fabric(team, sim.particles, sim.neighbours, record.stress, sim.pair_forces);
+    record.fabric = fabric(team, sim.law, sim.particles, sim.neighbours, record.stress);
     record.unbalanced_force = unbalanced;
     record.steps = sim.steps;
     record.flagged = flagged;
@@ -56,20 +56,20 @@ template <class Team, class Real, class Law> Record<Real> record_state(const Tea
 }
 
 // Where a stage holds the mean stress, the axes under stress control share what the others leave of it at this moment.
-template <class Real, class Law> void follow_mean_stress(const Stage<Real>& stage, Simulation<Real, Law>& sim) {
+template <class Real, class Law> void follow_mean_stress(const Stage& stage, Simulation<Real, Law>& sim) {
     if (!stage.mean_stress) return;
-    Real others = 0, sharing = 0;
+    Coordinate others = 0, sharing = 0;
     for (Index axis = 0; axis < 3; ++axis) {
         if (stage.axis[axis].control == Control::stress)
-            sharing += Real(1);
+            sharing += 1;
         else
             others += sim.stress[axis];
     }
     for (Index axis = 0; axis < 3; ++axis)
-        if (stage.axis[axis].control == Control::stress) sim.servo.axis[axis].target = (Real(3) * stage.axis[axis].target - others) / sharing;
+        if (stage.axis[axis].control == Control::stress) sim.servo.axis[axis].target = (3 * stage.axis[axis].target - others) / sharing;
 }
 
-template <class Real, class Law> void enter_stage(const Stage<Real>& stage, Simulation<Real, Law>& sim, Progress<Real>& progress, const Rest<Real>& rest) {
+template <class Real, class Law> void enter_stage(const Stage& stage, Simulation<Real, Law>& sim, Progress& progress, const Rest& rest) {
     for (Index axis = 0; axis < 3; ++axis) sim.servo.axis[axis] = stage.axis[axis];
     follow_mean_stress(stage, sim);
     sim.damping = rest.loading_damping;
@@ -81,11 +81,11 @@ template <class Real, class Law> void enter_stage(const Stage<Real>& stage, Simu
 
 // Whether every axis meets its target at this moment. Loading is over once each has done so, at whatever moment of its own: a stress that rings about
 // its target may never meet it together with the others.
-template <class Real, class Law> bool targets_met(const Simulation<Real, Law>& sim, Progress<Real>& progress) {
+template <class Real, class Law> bool targets_met(const Simulation<Real, Law>& sim, Progress& progress) {
     bool met = true, loaded = true;
     for (Index axis = 0; axis < 3; ++axis) {
-        const Real stress = sim.stress[axis], strain = sim.cell.strain(axis);
-        const AxisGoal<Real>& goal = sim.servo.axis[axis];
+        const Coordinate stress = sim.stress[axis], strain = sim.cell.strain(axis);
+        const AxisGoal& goal = sim.servo.axis[axis];
         const int side = int(sign((goal.control == Control::stress ? stress : strain) - goal.target));
         if (progress.side[axis] == 0) progress.side[axis] = side;
         const bool reached = sim.servo.reached(axis, stress, strain);
@@ -99,13 +99,13 @@ template <class Real, class Law> bool targets_met(const Simulation<Real, Law>& s
 
 // Looks at the state after a force pass: true when the stage is over.
 template <class Team, class Real, class Law>
-bool stage_is_over(const Team& team, const Stage<Real>& stage, Simulation<Real, Law>& sim, Progress<Real>& progress, const Rest<Real>& rest, Record<Real>* records) {
+bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& sim, Progress& progress, const Rest& rest, Record* records) {
     const bool reached = targets_met(sim, progress);
     const long long steps = sim.steps - progress.stage_start;
-    const bool out_of_patience = progress.loading_steps >= 0 && steps > rest.step_limit && Real(steps) > rest.loading_multiple * Real(progress.loading_steps);
+    const bool out_of_patience = progress.loading_steps >= 0 && steps > rest.step_limit && Coordinate(steps) > rest.loading_multiple * Coordinate(progress.loading_steps);
     if (!reached && !out_of_patience) return false;
 
-    const Real unbalanced = unbalanced_force(team, sim.particles, sim.neighbours.slots, sim.pair_forces);
+    const Coordinate unbalanced = unbalanced_force(team, sim.law, sim.particles, sim.neighbours.slots);
     const bool at_rest = reached && unbalanced < rest.unbalanced_force;
     if (!at_rest && !out_of_patience) return false;
     if (stage.record && at_rest && !progress.relaxing) {
@@ -114,7 +114,7 @@ bool stage_is_over(const Team& team, const Stage<Real>& stage, Simulation<Real, 
         return false;
     }
     if (stage.record) {
-        const Record<Real> record = record_state(team, sim, unbalanced, !at_rest);
+        const Record record = record_state(team, sim, unbalanced, !at_rest);
         team.once([&] { records[progress.records] = record; });
         ++progress.records;
     } else {
@@ -130,8 +130,8 @@ bool stage_is_over(const Team& team, const Stage<Real>& stage, Simulation<Real, 
 // Advances at most `steps` steps along the path. Anything but `running` ends the call early; after a neighbour list was found full the
 // simulation is untouched, and goes on once it has more room.
 template <class Team, class Real, class Law>
-Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage<Real>* stages, Index stage_count, Progress<Real>& progress,
-              const Rest<Real>& rest, Record<Real>* records, long long steps) {
+Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage* stages, Index stage_count, Progress& progress,
+              const Rest& rest, Record* records, long long steps) {
     for (long long step = 0; step < steps; ++step) {
         if (const Status status = find_forces(team, sim); status != Status::running) return status;
         choose_time_step(team, sim);

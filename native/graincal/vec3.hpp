@@ -33,6 +33,7 @@ template <class Real> constexpr Vec3<Real> cross(const Vec3<Real>& a, const Vec3
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <class Real> constexpr Vec3<Real> componentwise(const Vec3<Real>& a, const Vec3<Real>& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+template <class To, class Real> constexpr Vec3<To> as(const Vec3<Real>& a) { return {To(a.x), To(a.y), To(a.z)}; }
 template <class Real> Real norm(const Vec3<Real>& a) { return square_root(dot(a, a)); }
 template <class Real> constexpr Real largest(const Vec3<Real>& a) { return maximum(a.x, maximum(a.y, a.z)); }
 
@@ -67,6 +68,7 @@ template <class Real> constexpr Mat3<Real> operator-(Mat3<Real> a, const Mat3<Re
     for (Index i = 0; i < 3; ++i) a.row[i] -= b.row[i];
     return a;
 }
+template <class To, class Real> constexpr Mat3<To> as(const Mat3<Real>& a) { return {{as<To>(a.row[0]), as<To>(a.row[1]), as<To>(a.row[2])}}; }
 template <class Real> constexpr Mat3<Real> outer(const Vec3<Real>& a, const Vec3<Real>& b) { return {{a.x * b, a.y * b, a.z * b}}; }
 template <class Real> constexpr Real trace(const Mat3<Real>& a) { return a(0, 0) + a(1, 1) + a(2, 2); }
 template <class Real> constexpr Real determinant(const Mat3<Real>& a) { return dot(a.row[0], cross(a.row[1], a.row[2])); }
@@ -80,6 +82,18 @@ template <class Real> constexpr Real double_contraction(const Mat3<Real>& a, con
 }
 template <class Real> constexpr Mat3<Real> deviator(const Mat3<Real>& a) { return a - (trace(a) / Real(3)) * Mat3<Real>::identity(); }
 template <class Real> Real frobenius_norm(const Mat3<Real>& a) { return square_root(double_contraction(a, a)); }
+
+// A matrix that stretches along the axes alone.
+template <class Real> struct Diagonal {
+    Vec3<Real> entries;
+
+    static constexpr Diagonal of(const Mat3<Real>& a) { return {{a(0, 0), a(1, 1), a(2, 2)}}; }
+};
+template <class Real> constexpr Vec3<Real> operator*(const Diagonal<Real>& a, const Vec3<Real>& b) { return componentwise(a.entries, b); }
+template <class To, class Real> constexpr Diagonal<To> as(const Diagonal<Real>& a) { return {as<To>(a.entries)}; }
+template <class Real> constexpr bool is_diagonal(const Mat3<Real>& a) {
+    return a(0, 1) == 0 && a(0, 2) == 0 && a(1, 0) == 0 && a(1, 2) == 0 && a(2, 0) == 0 && a(2, 1) == 0;
+}
 
 // An array of vectors as three arrays of components.
 template <class Real> struct Vec3Array {

@@ -255,7 +255,7 @@ def test_a_batch_can_be_stopped():
 
 # States not at rest
 
-RESTLESS = [9.0, 0.2, 0.0, 0.0, 0.0]
+RESTLESS = [10.0, 0.2, 0.0, 0.0, 0.0]
 """Without friction, at a hundredth of the pressure it was made at, the packing hardly holds together and its grains go on jumping."""
 
 
@@ -285,7 +285,7 @@ def test_more_flagged_states_than_allowed_are_a_failure(packing):
 def test_no_share_of_flagged_states_exceeds_one(packing):
     # Stiffer still, the isotropic stage does not come to rest either; it is not a state of the curve, and said apart.
     stiffer = triaxial(packing, 1e3, largest_flagged_share=1.0)
-    outcome = stiffer.simulate([[10.0, 0.0, 0.0, 0.0, 0.0]], at=[0.0], threads=1)[0]
+    outcome = stiffer.simulate([[11.0, 0.0, 0.0, 0.0, 0.0]], at=[0.0], threads=1)[0]
     assert isinstance(outcome, Response) and outcome.details["flagged"] == 1 and outcome.details["consolidation_flagged"] == 1
 
 

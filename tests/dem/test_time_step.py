@@ -65,6 +65,7 @@ def test_particles_without_contact_do_not_limit():
 
 def test_it_grows_by_a_twentieth_a_step_at_most_and_falls_at_once():
     simulation = ring(density=1e30)  # nothing moves: the contacts stay what they are
+    simulation.set_time_stepper(np.sqrt(2), 1)  # an estimate every step
     hard = first_time_step(simulation)
     simulation.set_law(law(modulus=1e6))
     for growth in (1.05, 1.05**2, 1.05**3):
@@ -73,3 +74,18 @@ def test_it_grows_by_a_twentieth_a_step_at_most_and_falls_at_once():
     assert simulation.time_step == pytest.approx(np.sqrt(10) * hard, rel=EXACT)
     simulation.set_law(law())
     assert first_time_step(simulation) == pytest.approx(hard, rel=EXACT)
+
+
+def test_a_steady_step_is_estimated_less_and_less_often_up_to_every_sixteenth():
+    simulation = ring(density=1e30)
+    hard = first_time_step(simulation)  # the next estimates are at steps 1, 3, 7, 15, 31, 47, ...
+    simulation.run(31, 0.0)
+    simulation.set_law(law(modulus=1e8))
+    for _ in range(32, 47 + 1):
+        assert simulation.time_step == hard
+        simulation.run(1, 0.0)
+    # What has fallen is watched every step again.
+    assert simulation.time_step == pytest.approx(hard / np.sqrt(10), rel=EXACT)
+    simulation.set_law(law())
+    simulation.run(1, 0.0)
+    assert simulation.time_step == pytest.approx(1.05 * hard / np.sqrt(10), rel=EXACT)

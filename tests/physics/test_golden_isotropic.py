@@ -27,7 +27,7 @@ def simulation_of(positions, radii, edges):
     law = _native.LinearLaw(10**8.72, 0.227, np.tan(np.radians(28.099)), 0.079, 0.569)
     simulation = _native.Simulation(positions, radii, edges, law, 2650e3)
     simulation.as_yade = True
-    simulation.set_time_step_root(1.41044)
+    simulation.set_time_stepper(1.41044, 1)
     simulation.set_goals([_native.AxisGoal(True, 0.5e6, 1.0)] * 3)
     return simulation
 
