@@ -20,6 +20,7 @@ struct TimeStepper {
     // The time step after an estimate at this step, of the largest squared frequency of a particle, 1/s^2.
     Coordinate next(Coordinate dt, Coordinate squared_frequency, long long step) {
         Coordinate taken = dt;
+        const bool known = started;
         if (squared_frequency > 0) {
             const Coordinate critical = safety * root / square_root(squared_frequency);
             // The first estimate is taken whole: what came before was no estimate.
@@ -28,7 +29,7 @@ struct TimeStepper {
             taken = minimum(minimum(critical, limit), longest);
             started = true;
         }
-        const bool steady = started && absolute(taken - dt) <= unsteady * dt;
+        const bool steady = known && absolute(taken - dt) <= unsteady * dt;
         wait = steady ? minimum(2 * wait, longest_wait) : 1;
         next_estimate = step + wait;
         return taken;
