@@ -78,7 +78,7 @@ template <class Real, class Law> class OwnedSimulation {
         state.time_step = 0.5 * smallest * std::sqrt(density / law.modulus);
         state.time_stepper.longest = law.longest_step(state.time_step);
         state.neighbours.largest_radius = largest;
-        state.neighbours.outer_gap = outer_gap_share * sum / n;
+        state.neighbours.widest_outer_gap = state.neighbours.outer_gap = outer_gap_share * sum / n;
         state.neighbours.near_gap = near_gap_share * sum / n;
         state.servo.inertia = servo_inertia_factor * density * std::pow(state.cell.volume(), 2.0 / 3.0);
     }
@@ -107,7 +107,7 @@ template <class Real, class Law> class OwnedSimulation {
     State state;
 
     // Gaps of the two neighbour lists as shares of the mean radius: measured to be the cheapest at the paper's test.
-    static constexpr double outer_gap_share = 0.40, near_gap_share = 0.03;
+    static constexpr double outer_gap_share = 0.60, near_gap_share = 0.015;
 
   private:
     Index outer_capacity() const { return state.neighbours.outer_capacity; }

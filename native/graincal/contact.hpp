@@ -15,7 +15,7 @@ template <class Real> struct TouchingPair {
     Vec3<Real> spin1, spin2;
 };
 
-// What a contact remembers. A pair that does not touch has a negative overlap, and then the rest means nothing.
+// What a contact remembers. A pair that does not touch has a negative overlap and no forces or moments: what it is, once it touches, starts from nothing.
 template <class Real> struct ContactHistory {
     Real overlap = Real(-1);
     Vec3<Real> normal;
@@ -33,27 +33,22 @@ template <class Real> Real twice_spring_energy(const Vec3<Real>& held, Real stif
     return stiffness > Real(0) ? dot(held, held) / stiffness : Real(0);
 }
 
-// Both are written without branches, so that a loop over pairs becomes vector code.
+// Written without branches, so that a loop over pairs becomes vector code.
 template <class Real> Vec3<Real> capped(const Vec3<Real>& v, Real limit) {
     const Real squared = dot(v, v);
     const Real shrunk = limit / square_root(squared);
     return (squared > limit * limit ? shrunk : Real(1)) * v;
 }
-template <class Real> Vec3<Real> either(bool condition, const Vec3<Real>& a, const Vec3<Real>& b) {
-    return {condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z};
-}
 
-// Carries the stored shear force and moments to the new normal, adds this step's increments and caps each.
+// Carries the stored shear force and moments to the new normal, adds this step's increments and caps each. The caps go with the normal force, which is
+// zero without contact: what does not touch is left with nothing, and so a new contact starts from nothing whatever its old normal.
 template <class Real>
 ContactHistory<Real> advance_resistances(const TouchingPair<Real>& pair, const ContactStiffness<Real>& stiffness, Real normal_force, Real friction,
                                          Real rolling_strength, Real dt, const ContactHistory<Real>& before) {
     const Vec3<Real>& n = pair.normal;
-    const bool existed = before.overlap >= Real(0);
-    const Vec3<Real> old_normal = either(existed, before.normal, n);
-    const Vec3<Real> turn = cross(old_normal, n);
-    const Vec3<Real> spin_about_normal = (Real(0.5) * dt * dot(old_normal, pair.spin1 + pair.spin2)) * old_normal;
-    const auto carried = [&](const Vec3<Real>& stored) {
-        Vec3<Real> v = either(existed, stored, {});
+    const Vec3<Real> turn = cross(before.normal, n);
+    const Vec3<Real> spin_about_normal = (Real(0.5) * dt * dot(before.normal, pair.spin1 + pair.spin2)) * before.normal;
+    const auto carried = [&](Vec3<Real> v) {
         v -= cross(v, turn);
         v -= cross(v, spin_about_normal);
         return v;

@@ -8,7 +8,7 @@
 namespace graincal {
 
 // Brings every near pair's contact to the present positions, sums what acts on each particle, and returns the diagonal of the sum of force (x) branch.
-// Pairs that do not touch are computed too and given zeros: there are few of them, and without a branch the loop becomes vector code.
+// Pairs that do not touch are computed too, with no force: there are few of them, and without a branch the loop becomes vector code.
 // `edges` are those of the cell, `gradient` is G below; both Mat3, or Diagonal where they are.
 template <class Team, class Real, class Law, class Matrix>
 Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edges, const Matrix& exact_gradient, const Particles<Real>& particles,
@@ -34,10 +34,9 @@ Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edge
         const ContactHistory<Real> history = law.advance(pair, stiffness, normal_force, dt, slots.history(slot));
         slots.store(slot, history);
 
-        const Real counts = overlap >= Real(0) ? Real(1) : Real(0);
-        const Vec3<Real> force = counts * (normal_force * pair.normal + history.shear);
-        const Vec3<Real> moment = counts * (history.bending + history.twisting);
-        const Vec3<Real> lever = counts * cross(pair.normal, history.shear);
+        const Vec3<Real> force = normal_force * pair.normal + history.shear;
+        const Vec3<Real> moment = history.bending + history.twisting;
+        const Vec3<Real> lever = cross(pair.normal, history.shear);
         const Vec3<Real> torque1 = (radius1 - Real(0.5) * overlap) * lever + moment, torque2 = moment - (radius2 - Real(0.5) * overlap) * lever;
         to_first(-force, -torque1);
         to_second(force, torque2);

@@ -31,7 +31,7 @@ template <class Real> struct HertzLaw {
         return {normal, shear, rolling_stiffness * product * shear};
     }
 
-    // 4/3 E* sqrt(r*) un^(3/2).
+    // 4/3 E* sqrt(r*) un^(3/2); the stiffness is zero without contact.
     Real normal_force(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k) const { return Real(2) / Real(3) * k.normal * pair.overlap; }
 
     // The contact's memory one step on.

@@ -23,7 +23,8 @@ template <class Real> struct LinearLaw {
         return {normal, shear, rolling_stiffness * product * shear};
     }
 
-    Real normal_force(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k) const { return k.normal * pair.overlap; }
+    // Zero without contact, as of every law.
+    Real normal_force(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k) const { return k.normal * maximum(pair.overlap, Real(0)); }
 
     // The contact's memory one step on.
     ContactHistory<Real> advance(const TouchingPair<Real>& pair, const ContactStiffness<Real>& k, Real normal_force, Real dt,

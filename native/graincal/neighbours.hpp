@@ -12,16 +12,20 @@ enum class NeighbourStatus { ready, outer_full, near_full, cell_too_small };
 
 template <class Real> struct Neighbours {
     using Terms = PairTerms<Load<Real>>;
+    static constexpr Index found_room = 16;
     static_assert(sizeof(Terms) == sizeof(PairTerms<StiffnessSum<Real>>));
 
     Index count = 0;  // of particles
     Index outer_capacity = 0, near_capacity = 0, grid_capacity = 0;
+    Coordinate widest_outer_gap;     // m, where the cell is wide enough for it
     Coordinate outer_gap, near_gap;  // pairs whose surfaces are closer than this are listed, m
     Coordinate largest_radius;
     bool outer_valid = false, near_valid = false;
 
     Index* outer_row;            // (N + 1)
-    Index* outer_second;
+    Index *outer_first, *outer_second;
+    Index* outer_near;           // whether each outer pair is a near one
+    Index* found;                // (N, found_room) seconds of outer pairs as they are counted, so that most need not be sought again
     PairSlots<Real> slots;       // the near pairs
     PairSlots<Real> spare;       // where the next near pairs are gathered
     bool terms_land = false;     // for a team that lands the terms of pairs, and looks up which come in at a particle (PairEnds)
@@ -43,7 +47,10 @@ template <class Real> struct Neighbours {
         near_capacity = near_pairs;
         grid_capacity = 2 * n + 64;
         outer_row = arena.take<Index>(n + 1);
+        outer_first = arena.take<Index>(outer_pairs);
         outer_second = arena.take<Index>(outer_pairs);
+        outer_near = arena.take<Index>(outer_pairs);
+        found = arena.take<Index>(found_room * n);
         slots.lay_out(arena, n, near_pairs);
         spare.lay_out(arena, n, near_pairs);
         terms_land = lands;
@@ -127,10 +134,12 @@ inline Coordinate wrapped(Coordinate s) {
 template <class Team, class Real>
 NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
-    const Coordinate reach = list.reach(list.outer_gap);
     const Vec3<Coordinate> widths = cell.widths();
     // Below two reaches a pair could touch through two images at once.
-    if (!(minimum(widths.x, minimum(widths.y, widths.z)) > 2 * reach)) return NeighbourStatus::cell_too_small;
+    const Coordinate fitting = 0.5 * minimum(widths.x, minimum(widths.y, widths.z)) - 2 * list.largest_radius;
+    if (!(fitting > 2 * list.near_gap)) return NeighbourStatus::cell_too_small;
+    list.outer_gap = minimum(list.widest_outer_gap, 0.999 * fitting);
+    const Coordinate reach = list.reach(list.outer_gap);
     const Grid grid(widths, reach, list.grid_capacity);
 
     team.each(grid.size() + 1, [&](Index c) { list.grid_row[c] = 0; });
@@ -160,8 +169,11 @@ NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Pa
         });
     };
     team.each(n, [&](Index i) {
-        Index count = 0;
-        visit(i, [&](Index) { ++count; });
+        Index count = 0, *const found = list.found + list.found_room * i;
+        visit(i, [&](Index j) {
+            if (count < list.found_room) found[count] = j;
+            ++count;
+        });
         list.outer_row[i] = count;
     });
     team.sync();
@@ -171,9 +183,15 @@ NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Pa
         return NeighbourStatus::outer_full;
     }
     team.each(n, [&](Index i) {
-        Index* next = list.outer_second + list.outer_row[i];
-        visit(i, [&](Index j) { *next++ = j; });
-        sort_ascending(list.outer_second + list.outer_row[i], next);
+        Index* const begin = list.outer_second + list.outer_row[i];
+        Index* next = begin;
+        const Index count = list.outer_row[i + 1] - list.outer_row[i], *const found = list.found + list.found_room * i;
+        if (count <= list.found_room)
+            while (next < begin + count) *next = found[next - begin], ++next;
+        else
+            visit(i, [&](Index j) { *next++ = j; });
+        sort_ascending(begin, next);
+        for (Index p = list.outer_row[i]; p < list.outer_row[i + 1]; ++p) list.outer_first[p] = i;
     });
     team.sync();
     list.outer_edges = cell.edges;
@@ -203,17 +221,19 @@ template <class Team, class Real>
 NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
     const PairSlots<Real>&old = list.slots, &fresh = list.spare;
-    const auto visit = [&](Index i, auto f) {
-        for (Index p = list.outer_row[i]; p < list.outer_row[i + 1]; ++p) {
-            const Index j = list.outer_second[p];
-            const Vec3<Coordinate> r = cell.branch(particles.fractional[i], particles.fractional[j]);
-            const Coordinate within = particles.radius[i] + particles.radius[j] + list.near_gap;
-            if (dot(r, r) < within * within) f(j);
-        }
-    };
+    const Neighbours<Real> outer = list;
+    const Particles<Real> p = particles;
+    const Cell now = cell;
+    team.each(list.outer_row[n], [=](Index k) {
+        const Index i = outer.outer_first[k], j = outer.outer_second[k];
+        const Vec3<Coordinate> r = now.branch(p.fractional[i], p.fractional[j]);
+        const Coordinate within = p.radius[i] + p.radius[j] + outer.near_gap;
+        outer.outer_near[k] = dot(r, r) < within * within ? 1 : 0;
+    });
+    team.sync();
     team.each(n, [&](Index i) {
         Index count = 0;
-        visit(i, [&](Index) { ++count; });
+        for (Index k = list.outer_row[i]; k < list.outer_row[i + 1]; ++k) count += list.outer_near[k];
         fresh.row[i] = count;
     });
     team.sync();
@@ -224,14 +244,16 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
     }
     team.each(n, [&](Index i) {
         Index slot = fresh.row[i], before = old.row[i];
-        visit(i, [&](Index j) {
+        for (Index k = list.outer_row[i]; k < list.outer_row[i + 1]; ++k) {
+            if (!list.outer_near[k]) continue;
+            const Index j = list.outer_second[k];
             while (before < old.row[i + 1] && old.second[before] < j) ++before;
             const bool known = before < old.row[i + 1] && old.second[before] == j;
             fresh.first[slot] = i;
             fresh.second[slot] = j;
             fresh.store(slot, known ? old.history(before) : ContactHistory<Real>{});
             ++slot;
-        });
+        }
         list.near_reference.set(i, particles.fractional[i]);
     });
     team.sync();
