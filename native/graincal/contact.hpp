@@ -9,7 +9,8 @@ namespace graincal {
 // Two touching spheres at the present positions.
 template <class Real> struct TouchingPair {
     Real radius1, radius2;
-    Real overlap;                  // r1 + r2 - d, not negative
+    Real overlap;                  // r1 + r2 - d, negative for a pair that does not touch
+    Real stretch;                  // (r1 + r2) / d
     Vec3<Real> normal;             // unit vector from 1 to 2
     Vec3<Real> relative_velocity;  // of centre 2 against centre 1, through the boundary where the pair crosses it
     Vec3<Real> spin1, spin2;
@@ -55,8 +56,7 @@ ContactHistory<Real> advance_resistances(const TouchingPair<Real>& pair, const C
     };
 
     // The full radii as arms and the stretched translation keep a contact from ratcheting (no force gained in a closed loop).
-    const Real stretch = (pair.radius1 + pair.radius2) / (pair.radius1 + pair.radius2 - pair.overlap);
-    const Vec3<Real> slip = stretch * pair.relative_velocity - cross(pair.radius2 * pair.spin2 + pair.radius1 * pair.spin1, n);
+    const Vec3<Real> slip = pair.stretch * pair.relative_velocity - cross(pair.radius2 * pair.spin2 + pair.radius1 * pair.spin1, n);
     const Vec3<Real> relative_spin = pair.spin2 - pair.spin1;
     const Vec3<Real> twist = dot(relative_spin, n) * n;
 

@@ -18,17 +18,11 @@ Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edge
     const PairSlots<Real> slots = list.slots;
     return team.over_pairs(list.ends(), particles, particles.load, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
         const Vec3<Coordinate> exact_branch = edges * Cell::nearest_image(two.fractional - one.fractional);
-        const Coordinate distance = norm(exact_branch);
-        const Real radius1 = Real(one.radius), radius2 = Real(two.radius), overlap = Real(one.radius + two.radius - distance);
-        const Vec3<Real> branch = as<Real>(exact_branch);
-        const Vec3<Real> fluctuation = two.velocity - one.velocity;
-        const TouchingPair<Real> pair{radius1,
-                                      radius2,
-                                      overlap,
-                                      (Real(1) / Real(distance)) * branch,
-                                      fluctuation + gradient * (branch - dt * fluctuation),
-                                      one.spin,
-                                      two.spin};
+        const Coordinate distance = norm(exact_branch), reach = one.radius + two.radius;
+        const Real radius1 = Real(one.radius), radius2 = Real(two.radius), overlap = Real(reach - distance), share = Real(1) / Real(distance);
+        const Vec3<Real> branch = as<Real>(exact_branch), fluctuation = two.velocity - one.velocity;
+        const Vec3<Real> relative_velocity = fluctuation + gradient * (branch - dt * fluctuation);
+        const TouchingPair<Real> pair{radius1, radius2, overlap, Real(reach) * share, share * branch, relative_velocity, one.spin, two.spin};
         const ContactStiffness<Real> stiffness = law.stiffness(pair);
         const Real normal_force = law.normal_force(pair, stiffness);
         const ContactHistory<Real> history = law.advance(pair, stiffness, normal_force, dt, slots.history(slot));
@@ -58,9 +52,9 @@ Vec3<Coordinate> find_pair_forces(const Team& team, const Law& law, const Cell& 
     return force_pass(team, law, cell.edges, gradient, particles, list, time_step);
 }
 
-// A pair as the latest force pass left it, for what depends on its overlap and normal alone.
+// A pair as the latest force pass left it, for what depends on its radii, overlap and normal alone.
 template <class Real> TouchingPair<Real> resting_pair(const Particles<Real>& particles, const PairSlots<Real>& slots, Index slot) {
-    return {Real(particles.radius[slots.first[slot]]), Real(particles.radius[slots.second[slot]]), slots.overlap[slot], slots.normal[slot], {}, {}, {}};
+    return {Real(particles.radius[slots.first[slot]]), Real(particles.radius[slots.second[slot]]), slots.overlap[slot], Real(1), slots.normal[slot], {}, {}, {}};
 }
 
 // The force on the second particle of a touching pair at the latest force pass.
@@ -76,7 +70,7 @@ void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& par
     const PairSlots<Real> slots = list.slots;
     team.over_pairs(list.ends(), particles, particles.stiffness, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
         const Vec3<Real> n = slots.normal[slot], squared = componentwise(n, n);
-        const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], n, {}, {}, {}});
+        const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], Real(1), n, {}, {}, {}});
         const Real counts = slots.touching(slot) ? Real(1) : Real(0), shear = counts * k.shear;
         const Vec3<Real> normal_less_shear = (counts * (k.normal - k.shear)) * squared, shear_along = shear * squared;
         to_first(normal_less_shear, shear_along, shear, counts * k.rolling);
