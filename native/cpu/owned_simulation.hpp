@@ -107,7 +107,7 @@ template <class Real, class Law> class OwnedSimulation {
     State state;
 
     // Gaps of the two neighbour lists as shares of the mean radius: measured to be the cheapest at the paper's test.
-    static constexpr double outer_gap_share = 0.60, near_gap_share = 0.015;
+    static constexpr double outer_gap_share = 0.60, near_gap_share = 0.02;
 
   private:
     Index outer_capacity() const { return state.neighbours.outer_capacity; }
