@@ -4,7 +4,7 @@
 
 namespace graincal {
 
-// One simulation of a batch, laid out in device memory by the host.
+// One simulation of a batch, laid out in device memory by the host with room for the terms of its pairs to land.
 template <class Engine> struct DeviceTask {
     typename Engine::State simulation;
     Progress progress;
@@ -34,16 +34,23 @@ template <class Engine> __device__ void follow_queue(DeviceTask<Engine>* tasks, 
     }
 }
 
-using Linear = Engine<double, LinearLaw>;
-using Hertz = Engine<double, HertzLaw>;
+template <class Real, template <class> class Law> using Tasks = DeviceTask<Engine<Real, Law>>*;
 
 }  // namespace graincal
 
-extern "C" __global__ void follow_stress_paths_linear(graincal::DeviceTask<graincal::Linear>* tasks, graincal::Index task_count, graincal::Index* next,
-                                                      long long steps) {
+extern "C" __global__ void follow_stress_paths_linear_float64(graincal::Tasks<double, graincal::LinearLaw> tasks, graincal::Index task_count,
+                                                              graincal::Index* next, long long steps) {
     graincal::follow_queue(tasks, task_count, next, steps);
 }
-extern "C" __global__ void follow_stress_paths_hertz(graincal::DeviceTask<graincal::Hertz>* tasks, graincal::Index task_count, graincal::Index* next,
-                                                     long long steps) {
+extern "C" __global__ void follow_stress_paths_linear_float32(graincal::Tasks<float, graincal::LinearLaw> tasks, graincal::Index task_count,
+                                                              graincal::Index* next, long long steps) {
+    graincal::follow_queue(tasks, task_count, next, steps);
+}
+extern "C" __global__ void follow_stress_paths_hertz_float64(graincal::Tasks<double, graincal::HertzLaw> tasks, graincal::Index task_count,
+                                                             graincal::Index* next, long long steps) {
+    graincal::follow_queue(tasks, task_count, next, steps);
+}
+extern "C" __global__ void follow_stress_paths_hertz_float32(graincal::Tasks<float, graincal::HertzLaw> tasks, graincal::Index task_count,
+                                                             graincal::Index* next, long long steps) {
     graincal::follow_queue(tasks, task_count, next, steps);
 }

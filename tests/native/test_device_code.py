@@ -33,9 +33,11 @@ def test_the_whole_step_compiles_as_device_code(architecture):
     ptx = compile_to_ptx(
         kernel, f"--gpu-architecture={architecture}", "--std=c++20", "--device-as-default-execution-space", "--fmad=false", f"-I{NATIVE}", f"-I{NATIVE / 'cuda'}"
     )
-    assert ".entry follow_stress_paths_linear" in ptx and ".entry follow_stress_paths_hertz" in ptx
+    for law in ("linear", "hertz"):
+        for precision in ("float64", "float32"):
+            assert f".entry follow_stress_paths_{law}_{precision}" in ptx
     # Forces take roots and the step ends with a barrier: what was compiled is the physics, not an empty shell.
-    assert "sqrt.rn.f64" in ptx and "bar.sync" in ptx
+    assert "sqrt.rn.f64" in ptx and "sqrt.rn.f32" in ptx and "bar.sync" in ptx
 
 
 def test_the_physics_headers_include_nothing_but_each_other():
