@@ -18,4 +18,11 @@ int follow_path(const ::graincal::PathCall& call) {
     });
 }
 
+int run_steps(const ::graincal::RunCall& call) {
+    using namespace GRAINCAL_TARGET::graincal;
+    return CompiledEngines::visit(call.engine, [&]<class Engine>(Engine) {
+        return static_cast<int>(run(SerialTeam{}, *static_cast<typename Engine::State*>(call.simulation), call.last_step));
+    });
+}
+
 }  // namespace GRAINCAL_TARGET

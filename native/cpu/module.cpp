@@ -113,13 +113,13 @@ template <class Engine> class InteractiveSimulation {
     void run(long long steps, double damping) {
         nb::gil_scoped_release release;
         state().damping = damping;
-        for (long long step = 0; step < steps; ++step) {
-            if (step % steps_between_looks == 0) heed_signals();
-            expect_running(owned_.advance([&] { return find_forces(SerialTeam{}, state()); }));
-            yade_motion_.remember(state());
-            choose_time_step(SerialTeam{}, state());
-            drive_cell(state());
-            expect_running(move_on());
+        for (const long long last = state().steps + steps; state().steps < last;) {
+            heed_signals();
+            const long long next = std::min(last, state().steps + steps_between_looks);
+            if (as_yade)
+                run_as_yade(next);
+            else
+                expect_running(owned_.advance([&] { return static_cast<Status>(best_target().run({CompiledEngines::index<Engine>(), &state(), next})); }));
         }
     }
 
@@ -128,9 +128,18 @@ template <class Engine> class InteractiveSimulation {
   private:
     YadeMotion<Real> yade_motion_;
 
+    void run_as_yade(long long last_step) {
+        while (state().steps < last_step) {
+            expect_running(owned_.advance([&] { return find_forces(SerialTeam{}, state()); }));
+            yade_motion_.remember(state());
+            choose_time_step(SerialTeam{}, state());
+            drive_cell(state());
+            expect_running(move_on());
+        }
+    }
     Status move_on() { return as_yade ? yade_motion_.move(SerialTeam{}, state()) : move(SerialTeam{}, state()); }
 
-    static constexpr long long steps_between_looks = 20;
+    static constexpr long long steps_between_looks = 50;
 
     // Ctrl-C is Python's to notice.
     static void heed_signals() {

@@ -3,16 +3,20 @@
 #if defined(__x86_64__)
 namespace x86_64_v2 {
 int follow_path(const graincal::PathCall&);
+int run_steps(const graincal::RunCall&);
 }
 namespace x86_64_v3 {
 int follow_path(const graincal::PathCall&);
+int run_steps(const graincal::RunCall&);
 }
 namespace x86_64_v4 {
 int follow_path(const graincal::PathCall&);
+int run_steps(const graincal::RunCall&);
 }
 #else
 namespace baseline {
 int follow_path(const graincal::PathCall&);
+int run_steps(const graincal::RunCall&);
 }
 #endif
 
@@ -34,15 +38,15 @@ bool runs_v4() {
 }  // namespace
 
 const Target targets[] = {
-    {"x86-64-v2", [] { return true; }, &x86_64_v2::follow_path},
-    {"x86-64-v3", &runs_v3, &x86_64_v3::follow_path},
-    {"x86-64-v4", &runs_v4, &x86_64_v4::follow_path},
-    {nullptr, nullptr, nullptr},
+    {"x86-64-v2", [] { return true; }, &x86_64_v2::follow_path, &x86_64_v2::run_steps},
+    {"x86-64-v3", &runs_v3, &x86_64_v3::follow_path, &x86_64_v3::run_steps},
+    {"x86-64-v4", &runs_v4, &x86_64_v4::follow_path, &x86_64_v4::run_steps},
+    {nullptr, nullptr, nullptr, nullptr},
 };
 #else
 const Target targets[] = {
-    {"baseline", [] { return true; }, &baseline::follow_path},
-    {nullptr, nullptr, nullptr},
+    {"baseline", [] { return true; }, &baseline::follow_path, &baseline::run_steps},
+    {nullptr, nullptr, nullptr, nullptr},
 };
 #endif
 

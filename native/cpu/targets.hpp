@@ -15,10 +15,18 @@ struct PathCall {
     long long steps;
 };
 
+// What `run` (graincal/simulation.hpp) takes.
+struct RunCall {
+    int engine;
+    void* simulation;
+    long long last_step;
+};
+
 struct Target {
     const char* name;
     bool (*runs_here)();
     int (*follow)(const PathCall&);  // a Status
+    int (*run)(const RunCall&);      // a Status
 };
 
 // From the plainest to the best, as compiled in; ends with a null name.

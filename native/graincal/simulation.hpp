@@ -76,4 +76,16 @@ Status move(const Team& team, Simulation<Real, Law>& sim, Opposed opposed = {}) 
     return fastest < sim.speed_limit() ? Status::running : Status::diverged;
 }
 
+// Advances until `last_step` steps are done, the servo driving to the goals set. After a neighbour list was found full the simulation is untouched, and
+// goes on once it has more room.
+template <class Team, class Real, class Law> Status run(const Team& team, Simulation<Real, Law>& sim, long long last_step) {
+    while (sim.steps < last_step) {
+        if (const Status status = find_forces(team, sim); status != Status::running) return status;
+        choose_time_step(team, sim);
+        drive_cell(sim);
+        if (const Status status = move(team, sim); status != Status::running) return status;
+    }
+    return Status::running;
+}
+
 }  // namespace graincal

@@ -18,7 +18,7 @@ from graincal.data import InputError
 from graincal.dem.grading import Grading
 from graincal.dem.packing import Packing
 
-PROTOCOL = 1
+PROTOCOL = 2
 """Goes up when the same request would give another packing: what was cached before is then prepared anew."""
 
 COMPACTION_PRESSURE, RELEASED_PRESSURE = 1e5, 1e2  # Pa
