@@ -12,6 +12,10 @@
 #include <utility>
 #include <vector>
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 #include "graincal/stress_path.hpp"
 #include "serial_team.hpp"
 
@@ -116,7 +120,11 @@ template <class Real, class Law> class OwnedSimulation {
     void allocate(Index n, Index outer_pairs, Index near_pairs) {
         Arena measure;
         state.lay_out(measure, n, outer_pairs, near_pairs);
-        block_.reset(static_cast<char*>(::operator new(measure.used(), std::align_val_t{64})));
+        block_.reset(static_cast<char*>(::operator new(measure.used(), alignment)));
+#if defined(__linux__)
+        // A pass reads and writes dozens of arrays at once: on small pages, large simulations spend an eighth of their time on looking those up.
+        if (measure.used() >= Arena::Size(alignment)) madvise(block_.get(), measure.used(), MADV_HUGEPAGE);
+#endif
         std::memset(block_.get(), 0, measure.used());
         Arena arena(block_.get());
         state.lay_out(arena, n, outer_pairs, near_pairs);
@@ -153,8 +161,11 @@ template <class Real, class Law> class OwnedSimulation {
         copy_vectors(slots.twisting, old.twisting, pairs);
     }
 
+    // Of a huge page.
+    static constexpr std::align_val_t alignment{1 << 21};
+
     struct Release {
-        void operator()(char* block) const { ::operator delete(block, std::align_val_t{64}); }
+        void operator()(char* block) const { ::operator delete(block, alignment); }
     };
     std::unique_ptr<char, Release> block_;
 };
