@@ -135,6 +135,15 @@ def test_curves_are_recorded_at_the_strains_asked_for(curves):
         assert outcome.details["flagged"] == 0 and np.all(np.diff(outcome.values["steps"]) > 0)
 
 
+def test_a_run_that_is_timed_pass_by_pass_takes_the_steps_of_one_that_is_not(packing, precision):
+    held = _native.Packing(packing.positions, packing.radii, packing.edges)
+    grains, stages = law(modulus=1e9, friction=0.4, rolling_strength=0.3), drained_triaxial(1e5, STRAINS)
+    batch = _native.Batch(held, [grains], 2.65e6, stages, [0], 1, LONGEST, precision=precision)
+    timed = _native.time_passes(held, grains, 2.65e6, stages, precision=precision)
+    assert timed["steps"] == batch.next(600.0)["steps"]
+    assert all(seconds > 0 for seconds in timed["seconds"].values())
+
+
 def is_reached(goal, stress, strain):
     """What the path asks of an axis: strain to 1e-6, stress to a thousandth."""
     controls_stress, target, _ = goal

@@ -163,7 +163,7 @@ class StressPathTest(ABC):
             [_law(self.law, theta[row]) for row in possible],
             self.stages(at),
             density=DENSITY * self.density_scaling,
-            expected_steps=_relative_run_lengths(self.law, theta[possible]),
+            expected_steps=relative_run_lengths(self.law, theta[possible]),
             threads=threads,
             step_limit=self.step_limit,
             precision=self.precision,
@@ -270,6 +270,7 @@ def one_row(at: ArrayLike) -> NDArray[np.float64] | None:
     return values if values.ndim == 1 and values.size and np.all(np.isfinite(values)) else None
 
 
-def _relative_run_lengths(law: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def relative_run_lengths(law: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How the numbers of steps of samples (N, 5) compare with one another, (N,)."""
     # The critical step falls with the root of the stiffness; smooth grains take longer to come to rest.
     return 10.0 ** (STEPS_EXPONENT[law] * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))
