@@ -6,6 +6,7 @@ namespace GRAINCAL_TARGET {
 // clang-format off
 #include "graincal/engines.hpp"
 #include "cpu/serial_team.hpp"
+#include "cpu/benchmark.hpp"
 // clang-format on
 
 int follow_path(const ::graincal::PathCall& call) {
@@ -24,5 +25,17 @@ int run_steps(const ::graincal::RunCall& call) {
         return static_cast<int>(run(SerialTeam{}, *static_cast<typename Engine::State*>(call.simulation), call.last_step));
     });
 }
+int follow_path_timed(const ::graincal::PathCall& call, double (*now)(), double* seconds) {
+    using namespace GRAINCAL_TARGET::graincal;
+    return CompiledEngines::visit(call.engine, [&]<class Engine>(Engine) {
+        auto& simulation = *static_cast<typename Engine::State*>(call.simulation);
+        auto& progress = *static_cast<Progress*>(call.progress);
+        return static_cast<int>(follow_timed(SerialTeam{}, simulation, static_cast<const Stage*>(call.stages), call.stage_count, progress,
+                                             *static_cast<const Rest*>(call.rest), static_cast<Record*>(call.records), call.steps, now, seconds));
+    });
+}
+double multiply_and_add_float64(long long rounds) { return graincal::multiply_and_add<double>(rounds); }
+double multiply_and_add_float32(long long rounds) { return graincal::multiply_and_add<float>(rounds); }
+void triad(double* a, const double* b, const double* c, long long count) { graincal::triad(a, b, c, count); }
 
 }  // namespace GRAINCAL_TARGET

@@ -5,6 +5,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "batch.hpp"
+#include "benchmark.hpp"
 #include "yade_comparison.hpp"
 
 namespace nb = nanobind;
@@ -229,6 +230,8 @@ nb::dict columns_of(const std::vector<Record>& records) {
     return result;
 }
 
+double seconds_now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
 // The target of that name, or the best for none.
 const Target& target_named(const std::string& name) {
     if (name.empty()) return best_target();
@@ -266,6 +269,8 @@ template <> constexpr const char* simulation_name<Engine<float, HertzLaw>> = "He
 
 template <class Law> void bind_law(nb::module_& module, const char* name, const char* second, const char* words);
 template <class Engine> void bind_start(nb::class_<Batch>& batch);
+template <class Engine> void bind_benchmark(nb::module_& module);
+void bind_machine(nb::module_& module);
 template <class Engine> void bind_simulation(nb::module_& module);
 
 }  // namespace
@@ -311,7 +316,9 @@ NB_MODULE(_native, module) {
     CompiledEngines::each([&]<class Engine>(Engine) {
         bind_simulation<Engine>(module);
         bind_start<Engine>(batch);
+        bind_benchmark<Engine>(module);
     });
+    bind_machine(module);
 }
 
 namespace graincal {
@@ -346,6 +353,78 @@ template <class Engine> void bind_start(nb::class_<Batch>& batch) {
                  new (self) Batch(make, order, threads, target_named(instruction_set));
              },
              "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64");
+}
+
+// A whole path, each pass of its steps timed.
+template <class Engine> void bind_benchmark(nb::module_& module) {
+    using Real = typename Engine::Real;
+    module.def("time_passes",
+               [](const HeldPacking& packing, const typename Engine::GivenLaw& law, double density, const std::vector<Stage>& stages,
+                  const std::string& instruction_set, const std::string& precision) {
+                   expect_precision<Engine>(precision);
+                   OwnedSimulation<Real, typename Engine::Law> owned(packing, law.template in_precision<Real>(), density);
+                   const Target& target = target_named(instruction_set);
+                   std::vector<double> seconds(pass_count);
+                   std::vector<Record> records(stages.size());
+                   const Rest rest;
+                   Progress progress;
+                   enter_stage(stages[0], owned.state, progress, rest);
+                   Status status = Status::running;
+                   while (status == Status::running) {
+                       if (PyErr_CheckSignals()) throw nb::python_error();
+                       nb::gil_scoped_release release;
+                       status = owned.advance([&] {
+                           const PathCall call{CompiledEngines::index<Engine>(), &owned.state, stages.data(), static_cast<Index>(stages.size()),
+                                               &progress, &rest, records.data(), 50};
+                           return static_cast<Status>(target.benchmark.follow_timed(call, &seconds_now, seconds.data()));
+                       });
+                   }
+                   if (status != Status::finished) throw std::runtime_error(name_of(status));
+                   const auto& s = owned.state;
+                   nb::dict by_pass, result;
+                   const char* names[pass_count] = {"outer list", "near list", "forces", "stiffness", "stage", "motion"};
+                   for (int pass = 0; pass < pass_count; ++pass) by_pass[names[pass]] = seconds[pass];
+                   result["seconds"] = by_pass;
+                   result["steps"] = s.steps;
+                   result["outer_rebuilds"] = s.neighbours.outer_rebuilds;
+                   result["near_rebuilds"] = s.neighbours.near_rebuilds;
+                   result["near_pairs"] = s.neighbours.slots.row[s.particles.count];
+                   return result;
+               },
+               "packing"_a, "law"_a, "density"_a, "stages"_a, "instruction_set"_a = "", "precision"_a = "float64",
+               "Follow a path and return the seconds spent in each pass of its steps, and how often the neighbour lists were made.");
+}
+
+// What the machine can do, measured.
+void bind_machine(nb::module_& module) {
+    module.def("arithmetic_rate",
+               [](const std::string& precision, const std::string& instruction_set) {
+                   const auto& calls = target_named(instruction_set).benchmark;
+                   const auto loop = precision == "float32" ? calls.multiply_and_add_float32 : calls.multiply_and_add_float64;
+                   nb::gil_scoped_release release;
+                   double best = 0;
+                   for (int trial = 0; trial < 5; ++trial) {
+                       const double start = seconds_now(), operations = loop(5'000'000);
+                       best = std::max(best, operations / (seconds_now() - start));
+                   }
+                   return best;
+               },
+               "precision"_a, "instruction_set"_a = "", "Independent multiplications and additions a second, in one thread: the best of five.");
+    module.def("triad_rate",
+               [](long long bytes, const std::string& instruction_set) {
+                   const auto& calls = target_named(instruction_set).benchmark;
+                   nb::gil_scoped_release release;
+                   const long long count = std::max(bytes / (3 * (long long)sizeof(double)), 1LL), turns = std::max(200'000'000 / bytes, 1LL);
+                   std::vector<double> a(count), b(count, 1.0), c(count, 2.0);
+                   double best = 0;
+                   for (int trial = 0; trial < 5; ++trial) {
+                       const double start = seconds_now();
+                       for (long long turn = 0; turn < turns; ++turn) calls.triad(a.data(), b.data(), c.data(), count);
+                       best = std::max(best, 3.0 * sizeof(double) * double(count * turns) / (seconds_now() - start));
+                   }
+                   return best;
+               },
+               "bytes"_a, "instruction_set"_a = "", "Bytes a second of STREAM's triad over arrays of so many bytes together, in one thread: the best of five.");
 }
 
 template <class Engine> void bind_simulation(nb::module_& module) {

@@ -1,23 +1,23 @@
 #include "targets.hpp"
 
+#define GRAINCAL_DECLARE_TARGET(name)                                                  \
+    namespace name {                                                                   \
+    int follow_path(const graincal::PathCall&);                                        \
+    int run_steps(const graincal::RunCall&);                                           \
+    int follow_path_timed(const graincal::PathCall&, double (*)(), double*);           \
+    double multiply_and_add_float64(long long);                                        \
+    double multiply_and_add_float32(long long);                                        \
+    void triad(double*, const double*, const double*, long long);                      \
+    }
+#define GRAINCAL_CALLS(name)                                                           \
+    &name::follow_path, &name::run_steps, { &name::follow_path_timed, &name::multiply_and_add_float64, &name::multiply_and_add_float32, &name::triad }
+
 #if defined(__x86_64__)
-namespace x86_64_v2 {
-int follow_path(const graincal::PathCall&);
-int run_steps(const graincal::RunCall&);
-}
-namespace x86_64_v3 {
-int follow_path(const graincal::PathCall&);
-int run_steps(const graincal::RunCall&);
-}
-namespace x86_64_v4 {
-int follow_path(const graincal::PathCall&);
-int run_steps(const graincal::RunCall&);
-}
+GRAINCAL_DECLARE_TARGET(x86_64_v2)
+GRAINCAL_DECLARE_TARGET(x86_64_v3)
+GRAINCAL_DECLARE_TARGET(x86_64_v4)
 #else
-namespace baseline {
-int follow_path(const graincal::PathCall&);
-int run_steps(const graincal::RunCall&);
-}
+GRAINCAL_DECLARE_TARGET(baseline)
 #endif
 
 namespace graincal {
@@ -38,15 +38,15 @@ bool runs_v4() {
 }  // namespace
 
 const Target targets[] = {
-    {"x86-64-v2", [] { return true; }, &x86_64_v2::follow_path, &x86_64_v2::run_steps},
-    {"x86-64-v3", &runs_v3, &x86_64_v3::follow_path, &x86_64_v3::run_steps},
-    {"x86-64-v4", &runs_v4, &x86_64_v4::follow_path, &x86_64_v4::run_steps},
-    {nullptr, nullptr, nullptr, nullptr},
+    {"x86-64-v2", [] { return true; }, GRAINCAL_CALLS(x86_64_v2)},
+    {"x86-64-v3", &runs_v3, GRAINCAL_CALLS(x86_64_v3)},
+    {"x86-64-v4", &runs_v4, GRAINCAL_CALLS(x86_64_v4)},
+    {nullptr, nullptr, nullptr, nullptr, {}},
 };
 #else
 const Target targets[] = {
-    {"baseline", [] { return true; }, &baseline::follow_path, &baseline::run_steps},
-    {nullptr, nullptr, nullptr, nullptr},
+    {"baseline", [] { return true; }, GRAINCAL_CALLS(baseline)},
+    {nullptr, nullptr, nullptr, nullptr, {}},
 };
 #endif
 

@@ -22,11 +22,20 @@ struct RunCall {
     long long last_step;
 };
 
+// What benchmarks/engine.py asks (cpu/benchmark.hpp).
+struct BenchmarkCalls {
+    int (*follow_timed)(const PathCall&, double (*now)(), double* seconds);
+    double (*multiply_and_add_float64)(long long rounds);
+    double (*multiply_and_add_float32)(long long rounds);
+    void (*triad)(double* a, const double* b, const double* c, long long count);
+};
+
 struct Target {
     const char* name;
     bool (*runs_here)();
     int (*follow)(const PathCall&);  // a Status
     int (*run)(const RunCall&);      // a Status
+    BenchmarkCalls benchmark;
 };
 
 // From the plainest to the best, as compiled in; ends with a null name.

@@ -57,6 +57,14 @@ def test_the_contact_law_is_chosen_by_name(tmp_path):
         read_calibration(write_triaxial(tmp_path, (named[0], 'confining_pressure = 2e5, law = "hertz",')))
 
 
+def test_the_precision_is_chosen_by_name(tmp_path):
+    named = ("confining_pressure = 2e5,", 'confining_pressure = 2e5, precision = "float32",')
+    (experiment,) = read_calibration(write_triaxial(tmp_path, named)).experiments
+    assert experiment.model.precision == "float32"
+    with pytest.raises(InputError, match='precision must be "float64" or "float32", not "single"'):
+        read_calibration(write_triaxial(tmp_path, (named[0], 'confining_pressure = 2e5, precision = "single",')))
+
+
 def write_triaxial(folder, *replacements):
     model = '{ kind = "triaxial", packing = "cubic.csv", confining_pressure = 2e5, fixed = { nu = 0.2, beta_m = 0.1, eta_m = 0.1 } }'
     renamed = [("strength  = { range = [0, 1] }", "log_E = { range = [7, 9] }"), ('dilatancy = { range = [0, 1], unit = "-" }', "phi = { range = [10, 40] }")]

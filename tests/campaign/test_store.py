@@ -100,6 +100,16 @@ def test_a_contact_law_is_stored_where_it_is_not_the_linear_one(tmp_path):
     assert describe(hertz) != describe(linear)
 
 
+def test_a_precision_is_stored_where_it_is_not_float64(tmp_path):
+    from graincal.campaign.config import read_calibration
+
+    double = read_calibration(write_triaxial(tmp_path))
+    assert restore(describe(double)).experiments[0].model.precision == "float64"
+    single = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", 'confining_pressure = 2e5, precision = "float32",')))
+    assert Store.create(single).calibration.experiments[0].model.precision == "float32"
+    assert describe(single) != describe(double)
+
+
 def test_a_function_comes_back_by_its_name_alone(tmp_path):
     named = Store.create(Calibration(SPACE, [Experiment("x", PythonModel("soil:respond", folder=tmp_path), reference())]))
     assert named.calibration.experiments[0].model.function == "soil:respond"

@@ -1,5 +1,7 @@
 import pytest
 
+from graincal.models.stress_path import PRECISIONS
+
 from .spheres import packing_at_rest
 
 
@@ -7,3 +9,9 @@ from .spheres import packing_at_rest
 def packing():
     """A hundred grains at rest under 100 kPa with a modulus of 1 GPa."""
     return packing_at_rest()
+
+
+@pytest.fixture(params=PRECISIONS)
+def precision(request):
+    """What forces, velocities and the contacts' memory are computed in."""
+    return request.param

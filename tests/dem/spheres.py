@@ -20,6 +20,21 @@ CELL = 8.0
 """Width of the cell around two spheres, m."""
 
 
+def rounding(precision):
+    """The distance of neighbouring numbers about one: what is computed in a precision rounds by half of this share."""
+    return float(np.finfo(precision).eps)
+
+
+def exact(precision, overlap=0.01, count=0):
+    """The share to which what follows from an overlap (m) in `count` steps is known.
+
+    An overlap is a difference of lengths of the cell's size, which are float64 in any precision: a few roundings of the cell against the overlap are what is
+    left of its digits. What is computed from it takes a few roundings of the precision, and what a contact stores three halves more each step: it is turned
+    twice and added to.
+    """
+    return 10 * (ROUNDING * CELL / overlap + rounding(precision)) + 2 * count * rounding(precision)
+
+
 def law(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9, kind="linear"):
     """A contact law with round stiffnesses; without an argument nothing slides, rolls or twists off. "hertz-mindlin" takes the ratio for Poisson's."""
     return LAWS[kind](modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength)
@@ -60,12 +75,13 @@ def unit(vector):
     return np.asarray(vector, dtype=float) / np.linalg.norm(vector)
 
 
-def two_spheres(radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), **parameters):
+def two_spheres(radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), precision="float64", **parameters):
     """Two spheres whose normal from the first to the second, and overlap (m), are given; far from the cell's faces."""
     centre = edges @ np.full(3, 0.5)
     branch = (sum(radii) - overlap) * unit(normal)
     positions = np.stack([centre - branch / 2, centre + branch / 2])
-    return _native.Simulation(positions, np.array(radii, dtype=float), np.ascontiguousarray(edges, dtype=float), law(**parameters), density)
+    edges = np.ascontiguousarray(edges, dtype=float)
+    return _native.Simulation(positions, np.array(radii, dtype=float), edges, law(**parameters), density, precision=precision)
 
 
 def steps(simulation, count, time_step=1e-3, gradient=STILL, damping=0.0):
@@ -80,12 +96,12 @@ def only_contact(simulation):
     return {name: column[0] for name, column in contacts.items()} if len(contacts["first"]) else None
 
 
-def ring(radius=1.0, overlap=0.01, density=1.0, **parameters):
+def ring(radius=1.0, overlap=0.01, density=1.0, precision="float64", **parameters):
     """Three equal spheres in a row along x, the last touching the first through the boundary."""
     period = 3 * (2 * radius - overlap)
     positions = np.array([[(k + 0.5) * period / 3, CELL * radius / 2, CELL * radius / 2] for k in range(3)])
     edges = np.diag([period, CELL * radius, CELL * radius])
-    return _native.Simulation(positions, np.full(3, radius), edges, law(**parameters), density)
+    return _native.Simulation(positions, np.full(3, radius), edges, law(**parameters), density, precision=precision)
 
 
 def jittered_lattice(side=5, spacing=1.9, spread=0.2, jitter=0.1, seed=1):

@@ -8,7 +8,7 @@ import pytest
 from graincal import _native
 
 from .all_pairs import AllPairs, Parameters, nearest_branches
-from .spheres import IMMOVABLE, STILL, jittered_lattice, law, steps
+from .spheres import IMMOVABLE, ROUNDING, STILL, jittered_lattice, law, rounding, steps
 
 # The lists' gaps as shares of the mean radius: the geometry below is chosen by them, and the near list is held to its promise.
 OUTER_GAP, NEAR_GAP = 0.60, 0.02
@@ -59,12 +59,12 @@ WALKS = dict(walks())
 @pytest.mark.parametrize("gradient", [STILL, SHEAR], ids=["resting", "deforming"])
 @pytest.mark.parametrize("tilt", [0.0, 0.35], ids=["brick", "sheared"])
 @pytest.mark.parametrize("name", WALKS)
-def test_a_random_walk_finds_the_contacts_of_all_pairs_at_every_step(name, tilt, gradient):
+def test_a_random_walk_finds_the_contacts_of_all_pairs_at_every_step(name, tilt, gradient, precision):
     positions, radii, edges = WALKS[name]
     # A sheared cell is narrower than its edges are long: twice the reach must still fit between its faces.
     edges = edges @ np.array([[1, tilt, 0], [0, 1, -tilt], [0, 0, 1]]) * (1 + tilt if tilt else 1)
     positions = positions @ np.linalg.inv(WALKS[name][2]).T @ edges.T
-    simulation = _native.Simulation(np.ascontiguousarray(positions), radii, np.ascontiguousarray(edges), law(), IMMOVABLE)
+    simulation = _native.Simulation(np.ascontiguousarray(positions), radii, np.ascontiguousarray(edges), law(), IMMOVABLE, precision=precision)
     generator = np.random.default_rng(7)
     count = 250
     time_step = 0.1 / count
@@ -89,11 +89,11 @@ def test_a_random_walk_finds_the_contacts_of_all_pairs_at_every_step(name, tilt,
     assert rebuilds[0] >= 4 and 3 * rebuilds[0] <= rebuilds[1] <= 0.8 * count
 
 
-def test_two_spheres_that_race_at_each_other_meet():
+def test_two_spheres_that_race_at_each_other_meet(precision):
     # The worst case for a list: the two fastest, head on, all others at rest; at any pace.
     positions, radii, edges = jittered_lattice(side=4, spacing=3.0, spread=0.0, jitter=0.0)
     for pace in (1e-4, 1e-3, 0.0149, 0.0151, 0.05, 0.099):
-        simulation = _native.Simulation(positions, radii, edges, law(), IMMOVABLE)
+        simulation = _native.Simulation(positions, radii, edges, law(), IMMOVABLE, precision=precision)
         velocities = np.zeros_like(positions)
         first, second = 0, 16  # neighbours along x, their surfaces 1 m apart
         velocities[first, 0], velocities[second, 0] = pace / 1e-3, -pace / 1e-3
@@ -120,12 +120,12 @@ def compared(simulation, everything, tolerance):
 
 @pytest.mark.parametrize("damping", [0.0, 0.2])
 @pytest.mark.parametrize("gradient", [STILL, SHEAR], ids=["resting", "deforming"])
-def test_a_sheared_packing_moves_as_one_computed_over_all_pairs(gradient, damping):
+def test_a_sheared_packing_moves_as_one_computed_over_all_pairs(gradient, damping, precision):
     positions, radii, edges = jittered_lattice(side=4, spacing=1.9)
     edges = np.ascontiguousarray(edges @ np.array([[1, 0.3, 0], [0, 1, -0.2], [0, 0, 1]]))
     positions = np.ascontiguousarray(positions @ (edges @ np.linalg.inv(np.diag(np.diag(edges)))).T)
     density, time_step, count = 1.0, 2e-5, 300
-    simulation = _native.Simulation(positions, radii, edges, law(*astuple(PARAMETERS)), density)
+    simulation = _native.Simulation(positions, radii, edges, law(*astuple(PARAMETERS)), density, precision=precision)
     everything = AllPairs(positions, radii, edges, PARAMETERS, density)
     generator = np.random.default_rng(3)
     velocities, spins = generator.normal(0, 20, positions.shape), generator.normal(0, 20, positions.shape)
@@ -136,16 +136,17 @@ def test_a_sheared_packing_moves_as_one_computed_over_all_pairs(gradient, dampin
         everything.step(time_step, gradient, damping)
     steps(simulation, count, time_step, gradient, damping)
     assert simulation.rebuilds[1] >= 10
-    # The same sums in another order: roundings of the overlap (the cell against 1 % of a radius), grown by 300 steps of colliding spheres.
-    compared(simulation, everything, tolerance=1e-8)
+    # The same sums in another order: roundings of the overlap (the cell against 1 % of a radius) and of the precision, grown by 300 steps of colliding spheres:
+    # 1e-8 in float64.
+    compared(simulation, everything, tolerance=6e4 * (ROUNDING * edges.max() / 0.01 + rounding(precision)))
 
 
-def test_lists_that_overflow_leave_histories_intact():
+def test_lists_that_overflow_leave_histories_intact(precision):
     # A cubic lattice compressed until its second and third neighbours come near too: 13 near pairs a particle where the list begins with room for 6,
     # and more than 20 in the outer list, which begins with room for 16. Whichever pair it belongs to, the law's memory must come through as lists grow.
     positions, radii, edges = jittered_lattice(side=5, spacing=2.05, spread=0.02, jitter=0.005)
     parameters = Parameters(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9)
-    simulation = _native.Simulation(positions, radii, edges, law(*astuple(parameters)), IMMOVABLE)
+    simulation = _native.Simulation(positions, radii, edges, law(*astuple(parameters)), IMMOVABLE, precision=precision)
     everything = AllPairs(positions, radii, edges, parameters, IMMOVABLE)
     spins = np.random.default_rng(4).normal(0, 1, positions.shape)
     simulation.set_spins(spins)
@@ -157,16 +158,16 @@ def test_lists_that_overflow_leave_histories_intact():
         for _ in range(10):
             everything.step(2e-3, squeeze)
         steps(simulation, 10, 2e-3, squeeze)
-        # Nothing but roundings of the normals, turned a few hundred times.
-        compared(simulation, everything, tolerance=1e-11)
+        # Nothing but roundings of the normals, turned a few hundred times: 1e-11 in float64.
+        compared(simulation, everything, tolerance=4.5e4 * rounding(precision))
         listed.append(simulation.rebuilds[2:])
     assert listed[0][0] < near_room < 0.6 * listed[-1][0]
     assert listed[0][1] < outer_room < 0.8 * listed[-1][1]
 
 
-def test_a_copy_goes_on_as_its_original():
+def test_a_copy_goes_on_as_its_original(precision):
     positions, radii, edges = jittered_lattice(side=5, spacing=1.9)
-    simulation = _native.Simulation(positions, radii, edges, law(friction=0.4), 1.0)
+    simulation = _native.Simulation(positions, radii, edges, law(friction=0.4), 1.0, precision=precision)
     simulation.set_velocities(np.random.default_rng(3).normal(0, 20, positions.shape))
     steps(simulation, 100, 2e-5, SHEAR)
     copy = simulation.copy()
@@ -177,11 +178,11 @@ def test_a_copy_goes_on_as_its_original():
     assert np.array_equal(simulation.torques, copy.torques)
 
 
-def test_a_cell_too_small_for_two_images_apart_is_refused():
+def test_a_cell_too_small_for_two_images_apart_is_refused(precision):
     # Below two reaches a sphere could touch another and its image at once; the outer list makes do with the room there is, down to two near gaps.
     narrowest = 2 * (2 + 2 * NEAR_GAP)
     for width, enough in ((0.999 * narrowest, False), (1.001 * narrowest, True)):
-        simulation = _native.Simulation(*cloud(3, np.ones(3), width, seed=1), law(), IMMOVABLE)
+        simulation = _native.Simulation(*cloud(3, np.ones(3), width, seed=1), law(), IMMOVABLE, precision=precision)
         if enough:
             steps(simulation, 1)
         else:

@@ -18,15 +18,16 @@ def strain_goal(target, largest_rate=1.0):
     return _native.AxisGoal(False, target, largest_rate)
 
 
-def simulation_of(packing, density=2.65e6, scale=1.0):
-    return _native.Simulation(scale * packing.positions, scale * packing.radii, scale * packing.edges, law(modulus=1e9, friction=0.4), density)
+def simulation_of(packing, precision="float64", density=2.65e6, scale=1.0):
+    grains = law(modulus=1e9, friction=0.4)
+    return _native.Simulation(scale * packing.positions, scale * packing.radii, scale * packing.edges, grains, density, precision=precision)
 
 
-def test_a_stress_is_sought_with_the_damped_acceleration_and_the_rate_is_clipped(packing):
+def test_a_stress_is_sought_with_the_damped_acceleration_and_the_rate_is_clipped(packing, precision):
     # rate += (1 - 0.25 sign(rate * excess)) dt excess / M: a cell of inertia M pushed by the excess of stress, more slowly the way it already goes.
     # M = c rho V^(2/3), with c such that M is the particles' mass in kg on the 2000-particle packing of Hartmann, Cheng, Thornton (2022).
     density, limit = 2.65e6, 0.3
-    simulation = simulation_of(packing, density)
+    simulation = simulation_of(packing, precision, density)
     inertia = 0.0374963 * density * packing.volume ** (2 / 3)
     targets = np.array([3.0, 0.7, 1.05]) * PRESSURE
     simulation.set_goals([stress_goal(target, limit) for target in targets])
@@ -58,8 +59,8 @@ def test_the_inertia_scales_with_the_sample(packing):
     assert np.allclose(large.velocity_gradient, 0.5 * small.velocity_gradient, rtol=0, atol=1e-6)
 
 
-def test_stresses_reach_their_targets(packing):
-    simulation = simulation_of(packing)
+def test_stresses_reach_their_targets(packing, precision):
+    simulation = simulation_of(packing, precision)
     targets = np.array([1.0, 1.3, 1.6]) * PRESSURE
     simulation.set_goals([stress_goal(target) for target in targets])
     for _ in range(2000):
@@ -70,10 +71,10 @@ def test_stresses_reach_their_targets(packing):
 
 
 @pytest.mark.parametrize("target", [0.0203, -0.0203])
-def test_a_strain_is_reached_at_the_constant_largest_rate_and_held(target):
+def test_a_strain_is_reached_at_the_constant_largest_rate_and_held(target, precision):
     # The largest rate, one step for what is left, then zero. The step is taken with 1 - strain where the logarithm says exp(-strain): half the square of the
     # last step is corrected in the step after.
-    simulation = two_spheres(density=IMMOVABLE)
+    simulation = two_spheres(density=IMMOVABLE, precision=precision)
     simulation.run(1, 0.2)  # finds its time step
     time_step, edges = simulation.time_step, simulation.edges
     rate = 1e-3 / time_step
@@ -99,8 +100,8 @@ def test_a_strain_is_reached_at_the_constant_largest_rate_and_held(target):
     assert simulation.edges[0, 0] == edges[0, 0] and simulation.edges[1, 1] == edges[1, 1]
 
 
-def test_strains_count_from_where_they_were_restarted():
-    simulation = two_spheres(density=IMMOVABLE)
+def test_strains_count_from_where_they_were_restarted(precision):
+    simulation = two_spheres(density=IMMOVABLE, precision=precision)
     simulation.run(1, 0.2)
     simulation.set_goals([strain_goal(0.01, 1e-3 / simulation.time_step)] * 3)
     simulation.run(20, 0.2)

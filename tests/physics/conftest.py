@@ -3,12 +3,19 @@
 import pytest
 
 from graincal import Packing
+from graincal.models.stress_path import PRECISIONS
 
 from .curves import Replicates, YadeCase
 
 YADE_SCALINGS = (999, 1000, 1001)
 CASES = ("truth2000", "table3_1000_p0.5", "soft_rough_1000")
 PAPER_CASE, PAPER_SCALINGS = "truth2000", (998, 999, 1000, 1001, 1002)
+
+
+@pytest.fixture(scope="session", params=PRECISIONS)
+def precision(request):
+    """What forces, velocities and the contacts' memory are computed in."""
+    return request.param
 
 
 @pytest.fixture(scope="session")
@@ -22,12 +29,12 @@ def yade_cases(reference_data):
 
 
 @pytest.fixture(scope="session")
-def triaxial_runs(reference_data, yade_cases):
-    """All replicates that the tests ask for, the longest first; the synthetic reference's serve two comparisons."""
+def triaxial_runs(reference_data, yade_cases, precision):
+    """All replicates in a precision that the tests ask for, the longest first; the synthetic reference's serve two comparisons."""
     runs = Replicates()
     for name, case in yade_cases.items():
         packing = Packing.read(reference_data / case.packing)
         for scaling in PAPER_SCALINGS if name == PAPER_CASE else YADE_SCALINGS:
-            runs.start((name, scaling), packing, case.theta, case.strains, case.confining_pressure, scaling)
+            runs.start((name, scaling), packing, case.theta, case.strains, case.confining_pressure, scaling, precision=precision)
     yield runs
     runs.stop()

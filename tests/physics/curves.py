@@ -67,8 +67,8 @@ class Replicates:
         self._pool = ThreadPoolExecutor(2)
         self._runs = {}
 
-    def start(self, key, packing, theta, at, confining_pressure, density_scaling, law="linear"):
-        test = TriaxialTest(packing, confining_pressure, density_scaling=density_scaling, law=law)
+    def start(self, key, packing, theta, at, confining_pressure, density_scaling, **options):
+        test = TriaxialTest(packing, confining_pressure, density_scaling=density_scaling, **options)
         self._runs[key] = self._pool.submit(lambda: test.simulate([theta], at=at, threads=1)[0])
 
     def values(self, key):

@@ -38,14 +38,15 @@ def about(case, scaling):
 
 
 @pytest.fixture(scope="module")
-def replicates():
+def replicates(precision):
     runs = Replicates()
     packing = Packing.read(PACKING)
     for case in CASES:
         for scaling in SCALINGS:
             facts = about(case, scaling)
             theta = [facts[name] for name in PARAMETERS]
-            runs.start((case, scaling), packing, theta, STRAINS, facts["confining_pressure"], facts["density_scaling"], facts.get("law", "linear"))
+            options = {"law": facts.get("law", "linear"), "precision": precision}
+            runs.start((case, scaling), packing, theta, STRAINS, facts["confining_pressure"], facts["density_scaling"], **options)
     yield runs
     runs.stop()
 

@@ -18,14 +18,14 @@ from graincal import _native
 from .packings import centres_as_they_stand
 
 STEPS = (1, 2, 3, 5, 10, 20, 50, 100, 200, 400, 600, 800)
+LAW = (10**8.72, 0.227, np.tan(np.radians(28.099)), 0.079, 0.569)
 TOGETHER = 1e-7
 LATER = 1e-4
 QUANTITIES = ("position", "velocity", "angular_velocity", "time_step", "cell", "velocity_gradient", "stress", "contacts", "unbalanced_force", "time")
 
 
-def simulation_of(positions, radii, edges):
-    law = _native.LinearLaw(10**8.72, 0.227, np.tan(np.radians(28.099)), 0.079, 0.569)
-    simulation = _native.Simulation(positions, radii, edges, law, 2650e3)
+def simulation_of(positions, radii, edges, law, precision):
+    simulation = _native.Simulation(positions, radii, edges, _native.LinearLaw(*law), 2650e3, precision=precision)
     simulation.as_yade = True
     simulation.set_time_stepper(1.41044, 1)
     simulation.set_goals([_native.AxisGoal(True, 0.5e6, 1.0)] * 3)
@@ -51,9 +51,9 @@ def state_of(simulation):
     }
 
 
-def followed(packing):
+def followed(packing, law=LAW, precision="float64"):
     """step -> state of a run from the packing."""
-    simulation = simulation_of(*packing)
+    simulation = simulation_of(*packing, law, precision)
     states = {}
     for step in STEPS:
         simulation.run(step - simulation.steps, 0.2)
@@ -63,6 +63,11 @@ def followed(packing):
 
 @pytest.fixture(scope="module")
 def yade(reference_data):
+    return record_of(reference_data)
+
+
+def record_of(reference_data):
+    """step -> state in YADE's run."""
     with np.load(reference_data / "yade" / "golden_isotropic.npz") as file:
         record = dict(file)
     states = {}

@@ -18,6 +18,7 @@ TIME_STEP = 5e-5
 COMPRESSION, SHEAR = np.diag([-0.5, -0.5, -0.5]), np.diag([0.4, 0.4, -1.0])
 LAST_OF_COMPRESSION = 300
 MODULUS = 10**8.72
+LAW = (MODULUS, 0.227, np.tan(np.radians(28.1)), 0.079, 0.569)
 STEPS = (1, 2, 10, 100, 300, 301, 400, 1000)
 
 # Nothing has moved before the first force pass, and nothing turned before the second: until then these are roundings, and are judged by the size that they
@@ -42,9 +43,12 @@ def packing(reference_data):
 
 @pytest.fixture(scope="module")
 def states(packing):
+    return followed(packing)
+
+
+def followed(packing, law=LAW, precision="float64"):
     """step -> what the engine shows after it, in the quantities and the order that YADE's record has."""
-    law = _native.LinearLaw(MODULUS, 0.227, np.tan(np.radians(28.1)), 0.079, 0.569)
-    simulation = _native.Simulation(*packing, law, 2650e3)
+    simulation = _native.Simulation(*packing, _native.LinearLaw(*law), 2650e3, precision=precision)
     simulation.as_yade = True
     states = {}
     for step in STEPS:

@@ -90,6 +90,13 @@ def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
     assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")
 
 
+def test_a_precision_that_is_not_the_default_is_named(result):
+    experiment = result.experiments[0]
+    assert "--precision" not in simulate_command(experiment.model, as_samples(result, result.most_probable), experiment.reference)
+    single = replace(experiment.model, precision="float32")
+    assert " --precision float32 " in simulate_command(single, as_samples(result, result.most_probable), experiment.reference)
+
+
 def test_a_packing_that_was_prepared_comes_with_the_line_that_makes_it(result, tmp_path):
     model = 'model = { kind = "triaxial", particles = 500, void_ratio = 0.68, confining_pressure = 1e5, seed = 3 }'
     source = "\n".join(f'[[experiment]]\nname = "{experiment.name}"\n{model}' for experiment in result.experiments)

@@ -66,6 +66,7 @@ class StressPathModel(Section):
     largest_flagged_share: float = Field(0.1, ge=0, le=1, description="a number from 0 to 1")
     step_limit: int = Field(20_000_000, ge=1, description="a whole number above 0")
     law: Literal["linear", "hertz-mindlin"] = Field("linear", description='"linear" or "hertz-mindlin"')
+    precision: Literal["float64", "float32"] = Field("float64", description='"float64" or "float32"')
     packing: str | None = Field(None, description="the name of a packing file")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")

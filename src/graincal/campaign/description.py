@@ -92,6 +92,7 @@ def _describe_model(model: Model) -> dict[str, Any]:
             "step_limit": model.step_limit,
             # Left out where it is what it was before there was a choice: campaigns that are stored then go on.
             **({} if model.law == "linear" else {"law": model.law}),
+            **({} if model.precision == "float64" else {"precision": model.precision}),
         }
         # Only where it is not the first: descriptions are compared with those of campaigns stored before there was a choice.
         if model.control != model.controls[0]:
@@ -111,6 +112,7 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
     options = {key: value for key, value in described.items() if key != "kind"}
     if described["kind"] in TESTS:
         packing = {name: np.array(value) if name != "name" else value for name, value in options.pop("packing").items()}
+        options.setdefault("precision", "float64")  # whatever the default is by now
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
         return TESTS[described["kind"]](Packing(**packing), **options)

@@ -44,6 +44,7 @@ def check(
 def _describe(experiment: Experiment) -> list[str]:
     from graincal.cli.text import resample, sparkline
     from graincal.models import StressPathTest
+    from graincal.models.stress_path import PRECISIONS
 
     reference, model = experiment.reference, experiment.model
     lines = [f'experiment "{experiment.name}"']
@@ -52,6 +53,7 @@ def _describe(experiment: Experiment) -> list[str]:
         at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
         lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
         lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
+        lines += [] if model.precision == PRECISIONS[0] else [f"  precision: {model.precision}"]
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")

@@ -32,6 +32,7 @@ class Simulation:
     packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")]
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
     law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = "linear"
+    precision: Annotated[str, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME")] = "float64"
     density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = 1e3
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None
@@ -47,7 +48,8 @@ class Simulation:
 
         theta = _parse(self.parameters)
         # A state that is not at rest is a warning here, for a person looks at the curve.
-        test = TESTS[kind](Packing.read(self.packing), density_scaling=self.density_scaling, law=self.law, largest_flagged_share=1.0, **options)
+        options |= {"density_scaling": self.density_scaling, "law": self.law, "precision": self.precision, "largest_flagged_share": 1.0}
+        test = TESTS[kind](Packing.read(self.packing), **options)
         samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))
         ((_, outcome),) = test.evaluate(samples, at=at, workers=1)
         if isinstance(outcome, Failure):

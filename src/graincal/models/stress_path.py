@@ -25,6 +25,9 @@ With the law "hertz-mindlin", the modulus and Poisson's ratio are those of the g
 LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
 """The contact laws by name (docs/contact-laws.md)."""
 
+PRECISIONS = ("float64", "float32")
+"""Of forces, velocities and the contacts' memory, the default first. Positions, overlaps and sums over particles and contacts are float64 in either."""
+
 STEPS_EXPONENT = {"linear": 1 / 2, "hertz-mindlin": 1 / 3}
 """The steps of a run grow with this power of the modulus: the stiffness of a Hertz contact under a given force goes with the modulus to the power 2/3."""
 
@@ -64,7 +67,8 @@ class StressPathTest(ABC):
     fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
     within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which states
     are recorded are of, one of the path's `controls`; by default the first of them.
-    law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md).
+    law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md). precision: "float64" or "float32", in which
+    forces, velocities and the contacts' memory are computed; positions and overlaps are float64 in either.
 
     What one path differs in from another is below: its name in files and on the command line, what it is called, and its stages.
     """
@@ -87,6 +91,7 @@ class StressPathTest(ABC):
     step_limit: int = 20_000_000
     control: str = ""
     law: str = "linear"
+    precision: str = PRECISIONS[0]
 
     @abstractmethod
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
@@ -104,8 +109,9 @@ class StressPathTest(ABC):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
             raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
-        if self.law not in tuple(LAWS):
-            raise InputError(f"law must be {' or '.join(map(repr, LAWS))}, not {self.law!r}.")
+        for name, choices in {"law": tuple(LAWS), "precision": PRECISIONS}.items():
+            if getattr(self, name) not in choices:
+                raise InputError(f"{name} must be {' or '.join(map(repr, choices))}, not {getattr(self, name)!r}.")
         if unknown := set(self.fixed) - set(PARAMETERS):
             raise InputError(f"fixed: {', '.join(sorted(unknown))} is not among the test's parameters {', '.join(PARAMETERS)}.")
         for name, value in self.fixed.items():
@@ -157,9 +163,10 @@ class StressPathTest(ABC):
             [_law(self.law, theta[row]) for row in possible],
             self.stages(at),
             density=DENSITY * self.density_scaling,
-            expected_steps=_relative_run_lengths(self.law, theta[possible]),
+            expected_steps=relative_run_lengths(self.law, theta[possible]),
             threads=threads,
             step_limit=self.step_limit,
+            precision=self.precision,
         )
         for run in runs:
             yield possible[run.index], self._outcome(run, at)
@@ -263,6 +270,7 @@ def one_row(at: ArrayLike) -> NDArray[np.float64] | None:
     return values if values.ndim == 1 and values.size and np.all(np.isfinite(values)) else None
 
 
-def _relative_run_lengths(law: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def relative_run_lengths(law: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How the numbers of steps of samples (N, 5) compare with one another, (N,)."""
     # The critical step falls with the root of the stiffness; smooth grains take longer to come to rest.
     return 10.0 ** (STEPS_EXPONENT[law] * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from graincal.campaign import Experiment
 from graincal.data import Reference, Samples
 from graincal.models import StressPathTest, TableTest
-from graincal.models.stress_path import PARAMETERS, STRAINS
+from graincal.models.stress_path import PARAMETERS, PRECISIONS, STRAINS
 
 PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
@@ -27,6 +27,8 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
         words += ["-p", f"{name}={value:.8g}"]
     if test.law != "linear":
         words += ["--law", test.law]
+    if test.precision != PRECISIONS[0]:
+        words += ["--precision", test.precision]
     words += _path(test, reference.control)
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)

@@ -7,6 +7,7 @@ from datetime import datetime, timezone
 
 from graincal.campaign import Experiment, Result
 from graincal.models import StressPathTest
+from graincal.models.stress_path import PRECISIONS
 from graincal.report import numbers
 from graincal.report.findings import PROBABILITY, Finding
 from graincal.report.quantities import parameters, quantity
@@ -103,6 +104,7 @@ def _model(experiment: Experiment) -> str:
             f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
             f"({model.packing.name}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
             + ("" if model.law == "linear" else f", contact law {model.law}")
+            + ("" if model.precision == PRECISIONS[0] else f", precision {model.precision}")
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
         )
     function = getattr(model, "function", None) or getattr(model, "name", None) or type(model).__name__
