@@ -22,7 +22,7 @@ REFERENCE_DENSITY_SCALING = 1.5e3
 
 
 def packing() -> Packing:
-    """The embedded packing: 500 particles of the Toyoura grading at a void ratio of 0.68, by `graincal pack --seed 1`."""
+    """The embedded packing: 500 particles of the Toyoura grading at a void ratio of 0.68, by `graincal pack --seed 1` of an earlier build (tests/data/SOURCES.md)."""
     with as_file(files(__name__) / "packing_500.csv") as path:
         return Packing.read(path)
 
