@@ -92,6 +92,8 @@ def _describe_model(model: Model) -> dict[str, Any]:
             "step_limit": model.step_limit,
             # Left out where it is what it was before there was a choice: campaigns that are stored then go on.
             **({} if model.law == "linear" else {"law": model.law}),
+            # An inertial number is kept as the density scaling that it gave.
+            **model.economies,
         }
         # Only where it is not the first: descriptions are compared with those of campaigns stored before there was a choice.
         if model.control != model.controls[0]:

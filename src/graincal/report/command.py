@@ -27,6 +27,8 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
         words += ["-p", f"{name}={value:.8g}"]
     if test.law != "linear":
         words += ["--law", test.law]
+    for name, value in test.economies.items():
+        words += [f"--{name.replace('_', '-')}", str(value)]
     words += _path(test, reference.control)
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)

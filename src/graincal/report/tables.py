@@ -103,6 +103,7 @@ def _model(experiment: Experiment) -> str:
             f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
             f"({model.packing.name}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
             + ("" if model.law == "linear" else f", contact law {model.law}")
+            + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
         )
     function = getattr(model, "function", None) or getattr(model, "name", None) or type(model).__name__
