@@ -16,8 +16,7 @@ import numpy as np
 
 import graincal as gc
 from graincal.dem.preparation import prepare
-from graincal.dem.stress_path import AXIAL_RATE
-from graincal.models.stress_path import DENSITY
+from graincal.models.economy import inertial_number
 
 THETA = [8.782, 0.161, 30.626, 0.071, 0.885]
 PRESSURE = 0.5e6
@@ -38,7 +37,7 @@ def main() -> None:
     print(f"{'density scaling':>15}{'inertial number':>17}{'steps':>11}{'largest stress ratio':>23}{'the last one':>17}{'last vol. strain, %':>21}", flush=True)
     for scaling in arguments.scalings:
         runs[scaling] = replicates(packing, strains, scaling, arguments.replicates)
-        show(scaling, inertial_number(packing, scaling), runs[scaling])
+        show(scaling, inertial_number(packing, PRESSURE, scaling), runs[scaling])
     print("\nDistance from the curve of the smallest scaling, means against means (Eq. 5, %), and between the replicates of each")
     print(f"{'density scaling':>15}{'stress ratio':>24}{'volumetric strain':>24}{'Z':>24}{'a_c':>24}")
     smallest = runs[min(runs)]
@@ -58,10 +57,6 @@ def replicates(packing: gc.Packing, strains: np.ndarray, scaling: float, count: 
             raise SystemExit(f"A run gave no curve to compare: {response}")
         curves.append({name: response.values[name] for name in (*COMPARED, "steps")})
     return curves
-
-
-def inertial_number(packing: gc.Packing, scaling: float) -> float:
-    return AXIAL_RATE * 2 * packing.radii.mean() * np.sqrt(DENSITY * scaling / PRESSURE)
 
 
 def mean(curves: list[dict[str, np.ndarray]], name: str) -> np.ndarray:
