@@ -7,7 +7,7 @@ namespace graincal {
 
 struct TimeStepper {
     Coordinate safety = 0.8;
-    // Whether the bound looks at both particles of a contact (share_stiffness in forces.hpp), and at the damping. It is then 2 to 12 % below the step at which
+    // Whether the bound looks at both particles of a contact (share_stiffness in forces.hpp), and at the damping. It is then 2 to 10 % below the step at which
     // packings gain energy; the bound on each particle alone is 21 to 29 % below it before its safety factor.
     bool shared = false;
     Coordinate shared_safety = 0.95;
