@@ -89,8 +89,8 @@ template <class Engine> class InteractiveSimulation {
     using Real = typename Engine::Real;
     using GivenLaw = typename Engine::GivenLaw;
 
-    InteractiveSimulation(const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density)
-        : owned_(HeldPacking(x, r, h), law.template in_precision<Real>(), density) {}
+    InteractiveSimulation(const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density, const Economy& economy)
+        : owned_(HeldPacking(x, r, h), law.template in_precision<Real>(), density, economy) {}
 
     OwnedSimulation<Real, typename Engine::Law> owned_;
 
@@ -296,10 +296,10 @@ NB_MODULE(_native, module) {
 
     nb::class_<AxisGoal>(module, "AxisGoal", "What the servo drives one axis to.")
         .def("__init__",
-             [](AxisGoal* self, bool stress, double target, double largest_rate) {
-                 new (self) AxisGoal{stress ? Control::stress : Control::strain, target, largest_rate};
+             [](AxisGoal* self, bool stress, double target, double largest_rate, double acceleration) {
+                 new (self) AxisGoal{stress ? Control::stress : Control::strain, target, largest_rate, acceleration};
              },
-             "stress"_a, "target"_a, "largest_rate"_a);
+             "stress"_a, "target"_a, "largest_rate"_a, "acceleration"_a = 0.0);
 
     nb::class_<Stage>(module, "Stage", "One stage of a stress path: goals of the three axes, held until the packing is at rest.")
         .def("__init__",
@@ -307,6 +307,14 @@ NB_MODULE(_native, module) {
                  new (self) Stage{{goals.at(0), goals.at(1), goals.at(2)}, record, strain_origin, mean_stress};
              },
              "goals"_a, "record"_a = false, "strain_origin"_a = false, "mean_stress"_a = false);
+
+    nb::class_<Economy>(module, "Economy", "What a run may do to take fewer steps; see graincal.models.economy.")
+        .def("__init__",
+             [](Economy* self, double strain_ramp, bool shared_bound, double mass_exponent, double settling_damping, double inertia_factor) {
+                 new (self) Economy{strain_ramp, shared_bound, mass_exponent, settling_damping, inertia_factor};
+             },
+             nb::kw_only(), "strain_ramp"_a = Economy{}.strain_ramp, "shared_bound"_a = Economy{}.shared_bound,
+             "mass_exponent"_a = Economy{}.mass_exponent, "settling_damping"_a = Economy{}.settling_damping, "inertia_factor"_a = Economy{}.inertia_factor);
 
     nb::class_<HeldPacking>(module, "Packing").def(nb::init<const Array2&, const Array1&, const Matrix&>(), "positions"_a, "radii"_a, "edges"_a);
 
@@ -344,15 +352,17 @@ template <class Engine> void bind_start(nb::class_<Batch>& batch) {
     using Law = typename Engine::Law;
     batch.def("__init__",
              [](Batch* self, const HeldPacking& packing, const std::vector<typename Engine::GivenLaw>& laws, double density, const std::vector<Stage>& stages,
-                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision) {
+                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision,
+                const Economy& economy) {
                  expect_precision<Engine>(precision);
                  auto held = std::make_shared<const HeldPacking>(packing);
-                 const auto make = [held, laws, density, stages, step_limit](Index k) {
-                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k].template in_precision<Real>(), density), stages, Rest{}, step_limit};
+                 const auto make = [held, laws, density, stages, step_limit, economy](Index k) {
+                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k].template in_precision<Real>(), density, economy), stages, economy.rest(), step_limit};
                  };
                  new (self) Batch(make, order, threads, target_named(instruction_set));
              },
-             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64");
+             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
+             "economy"_a = Economy{});
 }
 
 // A whole path, each pass of its steps timed.
@@ -432,11 +442,11 @@ template <class Engine> void bind_simulation(nb::module_& module) {
     using GivenLaw = typename Engine::GivenLaw;
     using Sim = InteractiveSimulation<Engine>;
     module.def("Simulation",
-               [](const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density, const std::string& precision) {
+               [](const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density, const std::string& precision, const Economy& economy) {
                    expect_precision<Engine>(precision);
-                   return Sim(x, r, h, law, density);
+                   return Sim(x, r, h, law, density, economy);
                },
-               "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a, "precision"_a = "float64");
+               "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a, "precision"_a = "float64", "economy"_a = Economy{});
     nb::class_<Sim>(module, simulation_name<Engine>, "A single simulation, advanced by hand.")
         .def("copy", [](const Sim& s) { return Sim(s); })
         .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)

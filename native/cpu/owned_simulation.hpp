@@ -16,7 +16,7 @@
 #include <sys/mman.h>
 #endif
 
-#include "graincal/stress_path.hpp"
+#include "graincal/economy.hpp"
 #include "serial_team.hpp"
 
 namespace graincal {
@@ -51,11 +51,18 @@ inline std::vector<Index> order_in_space(const PackingView& packing, const Mat3<
     return order;
 }
 
+// A particle's density over that of all, by its radius, where masses go with a power of it: (r / R)^(exponent - 3), R such that the whole keeps its mass.
+inline auto shares_of_density(std::span<const double> radii, double mass_exponent) {
+    double volumes = 0, powers = 0;
+    for (const double r : radii) volumes += r * r * r, powers += std::pow(r, mass_exponent);
+    return [share = volumes / powers, mass_exponent](double r) { return mass_exponent == 3 ? 1.0 : share * std::pow(r, mass_exponent - 3); };
+}
+
 template <class Real, class Law> class OwnedSimulation {
   public:
     using State = Simulation<Real, Law>;
 
-    OwnedSimulation(const PackingView& packing, const Law& law, double density) {
+    OwnedSimulation(const PackingView& packing, const Law& law, double density, const Economy& economy = {}) {
         const Index n = static_cast<Index>(packing.count());
         allocate(n, 16 * n + 64, 6 * n + 64);
         state.law = law;
@@ -63,14 +70,15 @@ template <class Real, class Law> class OwnedSimulation {
         const Mat3<double> to_fractional = inverse(packing.edges);
         double largest = 0, smallest = packing.radii[0], sum = 0;
         const std::vector<Index> order = order_in_space(packing, to_fractional);
+        const auto share_of_density = shares_of_density(packing.radii, economy.mass_exponent);
         for (Index i = 0; i < n; ++i) {
             const Index given = order[i];
             const double r = packing.radii[given];
             state.particles.given[i] = given;
             state.particles.radius[i] = r;
-            const double mass = density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
+            const double mass = share_of_density(r) * density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
             state.particles.inverse_mass[i] = Real(1 / mass);
-            state.particles.inverse_inertia[i] = Real(1 / (0.4 * mass * r * r));
+            state.particles.inverse_inertia[i] = Real(1 / (economy.inertia_factor * 0.4 * mass * r * r));
             const double* x = &packing.positions[3 * given];
             state.particles.fractional.set(i, to_fractional * Vec3<double>{x[0], x[1], x[2]});
             largest = std::max(largest, r);
@@ -84,6 +92,7 @@ template <class Real, class Law> class OwnedSimulation {
         state.neighbours.largest_radius = largest;
         state.neighbours.widest_outer_gap = state.neighbours.outer_gap = outer_gap_share * sum / n;
         state.neighbours.near_gap = near_gap_share * sum / n;
+        economy.apply(state);
         state.servo.inertia = servo_inertia_factor * density * std::pow(state.cell.volume(), 2.0 / 3.0);
     }
     // A copy has the particles' motion and the contacts' memory; its neighbour lists and forces are found anew at its first step.

@@ -64,31 +64,60 @@ Vec3<Real> contact_force(const Law& law, const Particles<Real>& particles, const
     return law.normal_force(pair, law.stiffness(pair)) * pair.normal + slots.shear[slot];
 }
 
-// Sums the stiffnesses of each particle's contacts.
-template <class Team, class Real, class Law>
-void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& particles, const Neighbours<Real>& list) {
+template <class Real> struct Weights {
+    Real first, second;
+};
+struct EqualWeights {
+    template <class Real> Weights<Real> operator()(const PairSlots<Real>&, Index) const { return {Real(1), Real(1)}; }
+};
+
+// Sums the stiffnesses of each particle's contacts, each as much as `weigh` says for its two particles.
+template <class Team, class Real, class Law, class Weigh = EqualWeights>
+void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& particles, const Neighbours<Real>& list, Weigh weigh = {}) {
     const PairSlots<Real> slots = list.slots;
     team.over_pairs(list.ends(), particles, particles.stiffness, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
         const Vec3<Real> n = slots.normal[slot], squared = componentwise(n, n);
         const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], Real(1), n, {}, {}, {}});
         const Real counts = slots.touching(slot) ? Real(1) : Real(0), shear = counts * k.shear;
         const Vec3<Real> normal_less_shear = (counts * (k.normal - k.shear)) * squared, shear_along = shear * squared;
-        to_first(normal_less_shear, shear_along, shear, counts * k.rolling);
-        to_second(normal_less_shear, shear_along, shear, counts * k.rolling);
+        const Real rolling = counts * k.rolling;
+        const Weights<Real> w = weigh(slots, slot);
+        to_first(w.first * normal_less_shear, w.first * shear_along, w.first * shear, w.first * rolling);
+        to_second(w.second * normal_less_shear, w.second * shear_along, w.second * shear, w.second * rolling);
         return Vec3<Real>{};
     });
 }
 
-// The largest of K/m and R/I over the particles, 1/s^2: the squared frequency that bounds the time step. Per axis a,
-// K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km, as YADE's GlobalStiffnessTimeStepper. Zero without contacts.
+// The larger of a particle's K/m and R/I, 1/s^2. Per axis a, K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km, as YADE's
+// GlobalStiffnessTimeStepper.
+template <class Real> Real squared_frequency(const Particles<Real>& particles, Index i) {
+    const StiffnessSum<Real> k = particles.stiffness[i];
+    const Real r = Real(particles.radius[i]);
+    const Real translation = largest(k.normal_less_shear) + k.shear;
+    const Real rotation = r * r * (k.shear - minimum(k.shear_along.x, minimum(k.shear_along.y, k.shear_along.z))) + k.rolling;
+    return maximum(translation * particles.inverse_mass[i], rotation * particles.inverse_inertia[i]);
+}
+
+// The largest over the particles, which bounds the time step. Zero without contacts.
 template <class Team, class Real> Real largest_squared_frequency(const Team& team, const Particles<Real>& particles) {
-    return team.largest(particles.count, [&](Index i) {
-        const StiffnessSum<Real> k = particles.stiffness[i];
-        const Real r = Real(particles.radius[i]);
-        const Real translation = largest(k.normal_less_shear) + k.shear;
-        const Real rotation = r * r * (k.shear - minimum(k.shear_along.x, minimum(k.shear_along.y, k.shear_along.z))) + k.rolling;
-        return maximum(translation * particles.inverse_mass[i], rotation * particles.inverse_inertia[i]);
+    return team.largest(particles.count, [&](Index i) { return squared_frequency(particles, i); });
+}
+
+// Sums the stiffnesses anew, so that the largest squared frequency is what both particles of a contact make of it, and never above what it was.
+// The energy of a contact between particles that move by a and b is 1/2 k (a - b)^2 <= 1/2 k ((1 + q) a^2 + (1 + 1/q) b^2) for every q > 0; with q the ratio
+// of their squared frequencies t_b / t_a, a pair in contact with each other alone gets t_a + t_b, which is exact, where each for itself gets twice the
+// larger. For graphs this is the bound of Anderson and Morley (1985), Linear and Multilinear Algebra 18.
+template <class Team, class Real, class Law>
+void share_stiffness(const Team& team, const Law& law, const Particles<Real>& particles, const Neighbours<Real>& list) {
+    team.each(particles.count, [=](Index i) { particles.squared_frequency[i] = squared_frequency(particles, i); });
+    team.sync();
+    const Real* alone = particles.squared_frequency;
+    const auto half_of_both = [=](Real own, Real other) { return Real(0.5) + Real(0.5) * (own > Real(0) ? other / own : Real(0)); };
+    stiffness_pass(team, law, particles, list, [=](const PairSlots<Real>& slots, Index slot) {
+        const Real first = alone[slots.first[slot]], second = alone[slots.second[slot]];
+        return Weights<Real>{half_of_both(first, second), half_of_both(second, first)};
     });
+    team.sync();
 }
 
 }  // namespace graincal

@@ -65,6 +65,7 @@ template <class Real> struct Particles {
     Real* inverse_inertia;  // of a sphere, 2/5 m r^2
     Load<Real>* load;
     StiffnessSum<Real>* stiffness;
+    Real* squared_frequency;  // of each particle alone, 1/s^2, where the time step's bound looks at pairs
     Line<Real>* line;
     Index* given;  // the place in the packing as it was given: here particles are sorted in space
 
@@ -78,6 +79,7 @@ template <class Real> struct Particles {
         inverse_inertia = arena.take<Real>(n);
         load = arena.take<Load<Real>>(n);
         stiffness = arena.take<StiffnessSum<Real>>(n);
+        squared_frequency = arena.take<Real>(n);
         line = arena.take<Line<Real>>(n);
         given = arena.take<Index>(n);
     }

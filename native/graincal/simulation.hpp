@@ -56,7 +56,19 @@ template <class Team, class Real, class Law> void choose_time_step(const Team& t
     if (!sim.time_stepper.due(sim.steps)) return;
     stiffness_pass(team, sim.law, sim.particles, sim.neighbours);
     team.sync();
-    sim.time_step = sim.time_stepper.next(sim.time_step, largest_squared_frequency(team, sim.particles), sim.steps);
+    if (sim.time_stepper.shared) share_stiffness(team, sim.law, sim.particles, sim.neighbours);
+    const Coordinate squared_frequency = sim.time_stepper.strengthened(sim.damping) * largest_squared_frequency(team, sim.particles);
+    sim.time_step = sim.time_stepper.next(sim.time_step, squared_frequency, sim.steps);
+}
+
+// A damping that strengthens forces more takes a smaller time step from the next motion on.
+template <class Real, class Law> void set_damping(Simulation<Real, Law>& sim, Coordinate damping) {
+    TimeStepper& stepper = sim.time_stepper;
+    const Coordinate before = stepper.strengthened(sim.damping), after = stepper.strengthened(damping);
+    sim.damping = damping;
+    if (before == after) return;
+    sim.time_step *= minimum(Coordinate(1), square_root(before / after));
+    stepper.look_again(sim.steps);
 }
 
 template <class Real, class Law> void drive_cell(Simulation<Real, Law>& sim) {

@@ -16,9 +16,11 @@ struct Stage {
 struct Rest {
     Coordinate unbalanced_force = 1e-3;
     Coordinate loading_damping = 0.2;
+    Coordinate settling_damping = 0.2;  // once every axis has arrived
     Coordinate relaxing_damping = 0.9;
     long long step_limit = 25000;  // a state not at rest after so many steps, or
     Coordinate loading_multiple = 5;     // so many times the steps of its loading if that is more, is taken as it is and flagged
+    Coordinate ramp = 0;  // the share of a stage's strain over which the rate rises to its largest, and over which it falls again; 0 where it jumps
 };
 
 // One recorded state.
@@ -69,10 +71,21 @@ template <class Real, class Law> void follow_mean_stress(const Stage& stage, Sim
         if (stage.axis[axis].control == Control::stress) sim.servo.axis[axis].target = (3 * stage.axis[axis].target - others) / sharing;
 }
 
+// Rises from zero to the largest rate r over the share s of the strain d: a = r^2 / (2 s d).
+template <class Real, class Law> void ramp_strains(Simulation<Real, Law>& sim, Coordinate ramp) {
+    for (Index axis = 0; axis < 3; ++axis) {
+        AxisGoal& goal = sim.servo.axis[axis];
+        const Coordinate way = absolute(goal.target - sim.cell.strain(axis));
+        const bool ramped = goal.control == Control::strain && ramp > 0 && way > sim.servo.strain_tolerance;
+        goal.acceleration = ramped ? goal.largest_rate * goal.largest_rate / (2 * ramp * way) : 0;
+    }
+}
+
 template <class Real, class Law> void enter_stage(const Stage& stage, Simulation<Real, Law>& sim, Progress& progress, const Rest& rest) {
     for (Index axis = 0; axis < 3; ++axis) sim.servo.axis[axis] = stage.axis[axis];
+    ramp_strains(sim, rest.ramp);
     follow_mean_stress(stage, sim);
-    sim.damping = rest.loading_damping;
+    set_damping(sim, rest.loading_damping);
     progress.relaxing = false;
     progress.stage_start = sim.steps;
     progress.loading_steps = -1;
@@ -101,6 +114,7 @@ template <class Real, class Law> bool targets_met(const Simulation<Real, Law>& s
 template <class Team, class Real, class Law>
 bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& sim, Progress& progress, const Rest& rest, Record* records) {
     const bool reached = targets_met(sim, progress);
+    if (progress.loading_steps >= 0 && !progress.relaxing) set_damping(sim, rest.settling_damping);
     const long long steps = sim.steps - progress.stage_start;
     const bool out_of_patience = progress.loading_steps >= 0 && steps > rest.step_limit && Coordinate(steps) > rest.loading_multiple * Coordinate(progress.loading_steps);
     if (!reached && !out_of_patience) return false;
@@ -110,7 +124,7 @@ bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& 
     if (!at_rest && !out_of_patience) return false;
     if (stage.record && at_rest && !progress.relaxing) {
         progress.relaxing = true;
-        sim.damping = rest.relaxing_damping;
+        set_damping(sim, rest.relaxing_damping);
         return false;
     }
     if (stage.record) {

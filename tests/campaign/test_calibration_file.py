@@ -49,6 +49,15 @@ def test_a_triaxial_test_reads_its_packing_beside_the_file(tmp_path):
     assert experiment.model.packing.count == 27 and experiment.model.density_scaling == 1e3
 
 
+def test_what_saves_steps_is_chosen_by_keys(tmp_path):
+    keys = "inertial_number = 1e-3, time_step_bound = 'contact', mass_exponent = 1, inertia_factor = 2, settling_damping = 0.4, strain_ramp = 0.1"
+    (experiment,) = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", f"confining_pressure = 2e5, {keys},"))).experiments
+    options = {"time_step_bound": "contact", "mass_exponent": 1.0, "inertia_factor": 2.0, "settling_damping": 0.4, "strain_ramp": 0.1}
+    assert experiment.model.economies == options
+    # I = 0.1 /s * 2.0002 mm * sqrt(2650 kg/m^3 * scaling / 200 kPa)
+    assert experiment.model.density_scaling == pytest.approx(2e5 * (1e-3 / (0.1 * 2.0002e-3)) ** 2 / 2650, rel=1e-12)
+
+
 def test_the_contact_law_is_chosen_by_name(tmp_path):
     named = ("confining_pressure = 2e5,", 'confining_pressure = 2e5, law = "hertz-mindlin",')
     (experiment,) = read_calibration(write_triaxial(tmp_path, named)).experiments
@@ -125,6 +134,9 @@ def test_several_mistakes_are_said_together(tmp_path):
         ("phi = { range = [10, 40] }", "psi = { range = [10, 40] }", 'experiment "drained": a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once'),
         ('packing = "cubic.csv"', 'packing = "cubic.csv", seed = 1', 'experiment "drained": model has both packing and seed, and one of them was expected'),
         ('packing = "cubic.csv"', "particles = 500", 'experiment "drained": model needs either packing, the name of a file, or particles and void_ratio'),
+        ("confining_pressure = 2e5", "confining_pressure = 2e5, density_scaling = 10, inertial_number = 1e-3", 'experiment "drained": model has both density_scaling and inertial_number, and one of them was expected'),
+        ("confining_pressure = 2e5", "confining_pressure = 2e5, time_step_bound = 'pair'", 'experiment "drained": model.time_step_bound must be "grain" or "contact", not "pair".'),
+        ("confining_pressure = 2e5", "confining_pressure = 2e5, mass_exponent = 4", 'experiment "drained": model.mass_exponent must be a number from 0 to 3, not 4.'),
         ("confining_pressure = 2e5", "confining_pressure = -1", 'experiment "drained": model.confining_pressure must be a number above 0, in Pa, not -1.'),
         ("range = [10, 40]", "range = [10, 120]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [10, 120]."),
         ("range = [10, 40]", "range = [-1, 40]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [-1, 40]."),

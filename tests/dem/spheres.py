@@ -75,13 +75,17 @@ def unit(vector):
     return np.asarray(vector, dtype=float) / np.linalg.norm(vector)
 
 
-def two_spheres(radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), precision="float64", **parameters):
+PLAIN = _native.Economy()
+"""No option for fewer steps."""
+
+
+def two_spheres(radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), precision="float64", economy=PLAIN, **parameters):
     """Two spheres whose normal from the first to the second, and overlap (m), are given; far from the cell's faces."""
     centre = edges @ np.full(3, 0.5)
     branch = (sum(radii) - overlap) * unit(normal)
     positions = np.stack([centre - branch / 2, centre + branch / 2])
     edges = np.ascontiguousarray(edges, dtype=float)
-    return _native.Simulation(positions, np.array(radii, dtype=float), edges, law(**parameters), density, precision=precision)
+    return _native.Simulation(positions, np.array(radii, dtype=float), edges, law(**parameters), density, precision=precision, economy=economy)
 
 
 def steps(simulation, count, time_step=1e-3, gradient=STILL, damping=0.0):
@@ -96,12 +100,12 @@ def only_contact(simulation):
     return {name: column[0] for name, column in contacts.items()} if len(contacts["first"]) else None
 
 
-def ring(radius=1.0, overlap=0.01, density=1.0, precision="float64", **parameters):
+def ring(radius=1.0, overlap=0.01, density=1.0, precision="float64", economy=PLAIN, **parameters):
     """Three equal spheres in a row along x, the last touching the first through the boundary."""
     period = 3 * (2 * radius - overlap)
     positions = np.array([[(k + 0.5) * period / 3, CELL * radius / 2, CELL * radius / 2] for k in range(3)])
     edges = np.diag([period, CELL * radius, CELL * radius])
-    return _native.Simulation(positions, np.full(3, radius), edges, law(**parameters), density, precision=precision)
+    return _native.Simulation(positions, np.full(3, radius), edges, law(**parameters), density, precision=precision, economy=economy)
 
 
 def jittered_lattice(side=5, spacing=1.9, spread=0.2, jitter=0.1, seed=1):

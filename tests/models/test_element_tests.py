@@ -102,6 +102,48 @@ def test_the_description_of_a_triaxial_test_is_what_it_always_was(packing):
     assert model["kind"] == "triaxial"
 
 
+def test_what_saves_steps_is_described_where_it_is_used_and_restored(packing):
+    options = {"time_step_bound": "contact", "mass_exponent": 1.0, "inertia_factor": 2.0, "settling_damping": 0.4, "strain_ramp": 0.1}
+    described = json.loads(json.dumps(describe(experiment_of(gc.TriaxialTest(packing, PRESSURE, **options), "axial_strain", [0.0, 0.1]))))
+    model = described["experiments"][0]["model"]
+    assert {name: model[name] for name in options} == options
+    (experiment,) = restore(described).experiments
+    assert experiment.model.economies == options
+
+
+def test_an_inertial_number_stands_for_a_density_scaling(packing):
+    paper = gc.TriaxialTest(packing, PRESSURE)
+    # I = strain rate * mean diameter * sqrt(density / pressure): the density for which it is the paper's is the paper's.
+    inertial = 0.1 * 2 * packing.radii.mean() * np.sqrt(2650 * 1e3 / PRESSURE)
+    same = gc.TriaxialTest(packing, PRESSURE, inertial_number=inertial)
+    assert same.density_scaling == pytest.approx(paper.density_scaling, rel=1e-14)
+    # Half of it is a quarter of the density; at four times the pressure, or half the size, it takes four times the density.
+    assert gc.TriaxialTest(packing, PRESSURE, inertial_number=inertial / 2).density_scaling == pytest.approx(250, rel=1e-14)
+    assert gc.TriaxialTest(packing, 4 * PRESSURE, inertial_number=inertial).density_scaling == pytest.approx(4000, rel=1e-14)
+    small = gc.Packing(packing.positions / 2, packing.radii / 2, packing.edges / 2, packing.name)
+    assert gc.TriaxialTest(small, PRESSURE, inertial_number=inertial).density_scaling == pytest.approx(4000, rel=1e-14)
+    # It is kept as what it gave, so that it can be gone on with.
+    described = describe(experiment_of(same, "axial_strain", [0.0, 0.1]))
+    assert described["experiments"][0]["model"]["density_scaling"] == same.density_scaling
+    assert "inertial_number" not in described["experiments"][0]["model"]
+
+
+def test_what_saves_steps_must_mean_something(packing, table):
+    for options, words in [
+        ({"inertial_number": 1e-3, "density_scaling": 10.0}, "density_scaling and inertial_number are both given"),
+        ({"inertial_number": 0.0}, "inertial_number must be a positive number, not 0.0"),
+        ({"time_step_bound": "true"}, "time_step_bound must be 'grain' or 'contact', not 'true'"),
+        ({"mass_exponent": 4.0}, "mass_exponent must be a number from 0 to 3, not 4.0"),
+        ({"inertia_factor": 0.0}, "inertia_factor must be a number above 0, not 0.0"),
+        ({"settling_damping": 1.0}, "settling_damping must be a number between 0 and 1, not 1.0"),
+        ({"strain_ramp": 0.6}, "strain_ramp must be a number from 0 to 0.5, not 0.6"),
+    ]:
+        with pytest.raises(InputError, match=words):
+            gc.TriaxialTest(packing, PRESSURE, **options)
+    with pytest.raises(InputError, match="inertial_number needs a confining_pressure"):
+        gc.TableTest(packing, table=table, inertial_number=1e-3)
+
+
 def test_a_reference_on_another_control_is_refused(packing, table):
     with pytest.raises(InputError, match="an oedometric test is driven by axial_strain, and its reference's control is axial_stress."):
         experiment_of(gc.OedometricTest(packing, PRESSURE), "axial_stress", [1e5, 2e5]).check()

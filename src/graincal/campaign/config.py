@@ -65,6 +65,12 @@ class StressPathModel(Section):
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
     largest_flagged_share: float = Field(0.1, ge=0, le=1, description="a number from 0 to 1")
     step_limit: int = Field(20_000_000, ge=1, description="a whole number above 0")
+    inertial_number: Positive | None = Field(None, description="a number above 0")
+    time_step_bound: Literal["grain", "contact"] = Field("grain", description='"grain" or "contact"')
+    mass_exponent: float = Field(3, ge=0, le=3, description="a number from 0 to 3")
+    inertia_factor: Positive = Field(1, description="a number above 0")
+    settling_damping: float = Field(0.2, gt=0, lt=1, description="a number between 0 and 1")
+    strain_ramp: float = Field(0, ge=0, le=0.5, description="a number from 0 to 0.5")
     law: Literal["linear", "hertz-mindlin"] = Field("linear", description='"linear" or "hertz-mindlin"')
     precision: Literal["float64", "float32"] = Field("float64", description='"float64" or "float32"')
     packing: str | None = Field(None, description="the name of a packing file")
@@ -82,6 +88,12 @@ class StressPathModel(Section):
             raise mistake(f" has both packing and {', '.join(sorted(prepared))}, and one of them was expected")
         if self.packing is None and not {"particles", "void_ratio"} <= self.model_fields_set:
             raise mistake(" needs either packing, the name of a file, or particles and void_ratio of one to prepare")
+        return self
+
+    @model_validator(mode="after")
+    def _one_density(self) -> StressPathModel:
+        if {"density_scaling", "inertial_number"} <= self.model_fields_set:
+            raise mistake(" has both density_scaling and inertial_number, and one of them was expected")
         return self
 
     def build(self, folder: Path, control: str) -> StressPathTest:

@@ -93,6 +93,8 @@ def _describe_model(model: Model) -> dict[str, Any]:
             # Left out where it is what it was before there was a choice: campaigns that are stored then go on.
             **({} if model.law == "linear" else {"law": model.law}),
             **({} if model.precision == "float64" else {"precision": model.precision}),
+            # An inertial number is kept as the density scaling that it gave.
+            **model.economies,
         }
         # Only where it is not the first: descriptions are compared with those of campaigns stored before there was a choice.
         if model.control != model.controls[0]:

@@ -34,6 +34,12 @@ class Simulation:
     law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = "linear"
     precision: Annotated[str, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME")] = "float64"
     density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = 1e3
+    inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, instead of the density scaling.")] = None
+    time_step_bound: Annotated[str, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME")] = "grain"
+    mass_exponent: Annotated[float, typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.")] = 3.0
+    inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = 1.0
+    settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = 0.2
+    strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = 0.0
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
@@ -48,8 +54,8 @@ class Simulation:
 
         theta = _parse(self.parameters)
         # A state that is not at rest is a warning here, for a person looks at the curve.
-        options |= {"density_scaling": self.density_scaling, "law": self.law, "precision": self.precision, "largest_flagged_share": 1.0}
-        test = TESTS[kind](Packing.read(self.packing), **options)
+        shared = {field.name: getattr(self, field.name) for field in fields(self) if field.name in _OF_THE_TEST}
+        test = TESTS[kind](Packing.read(self.packing), largest_flagged_share=1.0, **shared, **options)
         samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))
         ((_, outcome),) = test.evaluate(samples, at=at, workers=1)
         if isinstance(outcome, Failure):
@@ -57,6 +63,10 @@ class Simulation:
         _write(outcome, test, self.output, self.plot, reference)
         if not self.quiet:
             typer.echo("\n".join(_describe(outcome, reference)), err=True)
+
+
+_OF_THE_TEST = ("law", "precision", "density_scaling", "inertial_number", "time_step_bound", "mass_exponent", "inertia_factor", "settling_damping", "strain_ramp")
+"""Options of every path that are fields of the test."""
 
 
 def _path(example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:

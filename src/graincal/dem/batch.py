@@ -38,6 +38,7 @@ def run_batch(
     threads: int,
     step_limit: int,
     precision: str = "float64",
+    economy: _native.Economy = _native.Economy(),
 ) -> Iterator[Run]:
     """Simulate the packing under each law along the stages and yield the runs in order of completion.
 
@@ -45,7 +46,7 @@ def run_batch(
     """
     order = sorted(range(len(laws)), key=lambda index: -expected_steps[index])
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
-    batch = _native.Batch(held, list(laws), density, list(stages), order, max(1, min(threads, len(laws))), step_limit, precision=precision)
+    batch = _native.Batch(held, list(laws), density, list(stages), order, max(1, min(threads, len(laws))), step_limit, precision=precision, economy=economy)
     try:
         for _ in order:
             while (outcome := batch.next(_PATIENCE)) is None:

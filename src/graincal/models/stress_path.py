@@ -17,6 +17,7 @@ from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.execution import available_cores
+from graincal.models.economy import DENSITY, Economy, density_scaling_of
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 """Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength.
@@ -30,9 +31,6 @@ PRECISIONS = ("float64", "float32")
 
 STEPS_EXPONENT = {"linear": 1 / 2, "hertz-mindlin": 1 / 3}
 """The steps of a run grow with this power of the modulus: the stiffness of a Hertz contact under a given force goes with the modulus to the power 2/3."""
-
-DENSITY = 2650.0
-"""Density of quartz grains, kg/m^3, before scaling."""
 
 STRAINS = ("axial_strain", "axial_extension")
 """Controls that are strains: the axial one, or extension counted positive, for a reference must increase."""
@@ -60,15 +58,16 @@ _FAILURES = {
 
 
 @dataclass(frozen=True, eq=False)
-class StressPathTest(ABC):
+class StressPathTest(Economy, ABC):
     """A test of a packing along a stress path.
 
     confining_pressure: Pa, of the isotropic consolidation that the path begins with. density_scaling: factor on the grains' density (the paper's 1e3).
+    inertial_number: of axial loading at the confining pressure, instead of the density scaling, which then follows from it.
     fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
     within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which states
     are recorded are of, one of the path's `controls`; by default the first of them.
     law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md). precision: "float64" or "float32", in which
-    forces, velocities and the contacts' memory are computed; positions and overlaps are float64 in either.
+    forces, velocities and the contacts' memory are computed; positions and overlaps are float64 in either. What makes a run shorter is Economy's.
 
     What one path differs in from another is below: its name in files and on the command line, what it is called, and its stages.
     """
@@ -92,6 +91,7 @@ class StressPathTest(ABC):
     control: str = ""
     law: str = "linear"
     precision: str = PRECISIONS[0]
+    inertial_number: float | None = field(default=None, kw_only=True)
 
     @abstractmethod
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
@@ -107,6 +107,8 @@ class StressPathTest(ABC):
                 continue
             if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
+        self._choose_density_scaling()
+        self.check_economy()
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
             raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
         for name, choices in {"law": tuple(LAWS), "precision": PRECISIONS}.items():
@@ -118,6 +120,19 @@ class StressPathTest(ABC):
             if not isinstance(value, Real) or _outside(name, value, self.law):
                 raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
+
+    def _choose_density_scaling(self) -> None:
+        inertial = self.inertial_number
+        if inertial is None:
+            return
+        if not (isinstance(inertial, Real) and np.isfinite(inertial) and inertial > 0):
+            raise InputError(f"inertial_number must be a positive number, not {inertial!r}.")
+        if self.confining_pressure is None:
+            raise InputError("inertial_number needs a confining_pressure, at which it is meant.")
+        scaling = float(density_scaling_of(self.packing, self.confining_pressure, inertial))
+        if self.density_scaling not in (StressPathTest.density_scaling, scaling):
+            raise InputError("density_scaling and inertial_number are both given, and one of them was expected.")
+        object.__setattr__(self, "density_scaling", scaling)
 
     @property
     def returned(self) -> tuple[str, ...]:
@@ -167,6 +182,7 @@ class StressPathTest(ABC):
             threads=threads,
             step_limit=self.step_limit,
             precision=self.precision,
+            economy=self.economy,
         )
         for run in runs:
             yield possible[run.index], self._outcome(run, at)

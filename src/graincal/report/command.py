@@ -29,6 +29,8 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
         words += ["--law", test.law]
     if test.precision != PRECISIONS[0]:
         words += ["--precision", test.precision]
+    for name, value in test.economies.items():
+        words += [f"--{name.replace('_', '-')}", str(value)]
     words += _path(test, reference.control)
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)

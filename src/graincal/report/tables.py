@@ -105,6 +105,7 @@ def _model(experiment: Experiment) -> str:
             f"({model.packing.name}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
             + ("" if model.law == "linear" else f", contact law {model.law}")
             + ("" if model.precision == PRECISIONS[0] else f", precision {model.precision}")
+            + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
         )
     function = getattr(model, "function", None) or getattr(model, "name", None) or type(model).__name__
