@@ -104,8 +104,8 @@ class SerialTeam {
             for (Index k = 0; k < count; k += 4) {
                 const Index some = minimum(count - k, Index(4));
                 Four<Real> head1[4], tail1[4], head2[4], tail2[4];
-                to_first.template rows<Sum>(k, head1, tail1);
-                to_second.template rows<Sum>(k, head2, tail2);
+                to_first.rows(k, head1, tail1);
+                to_second.rows(k, head2, tail2);
                 for (Index l = 0; l < some; ++l) {
                     add(sums[first[k + l]], head1[l], tail1[l]);
                     add(sums[second[k + l]], head2[l], tail2[l]);
@@ -182,10 +182,10 @@ class SerialTeam {
         alignas(64) Real column[8][chunk];
 
         // The records of four pairs: their first four numbers, and the others.
-        template <class Sum> void rows(Index k, Four<Real>* head, Four<Real>* tail) const {
+        void rows(Index k, Four<Real>* head, Four<Real>* tail) const {
             for (Index c = 0; c < 4; ++c) {
                 head[c] = load(column[c] + k);
-                tail[c] = 4 + c < Sum::numbers ? load(column[4 + c] + k) : Four<Real>{};
+                tail[c] = load(column[4 + c] + k);
             }
             transpose(head[0], head[1], head[2], head[3]);
             transpose(tail[0], tail[1], tail[2], tail[3]);

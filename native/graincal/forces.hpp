@@ -32,8 +32,11 @@ Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edge
         const Vec3<Real> moment = history.bending + history.twisting;
         const Vec3<Real> lever = cross(pair.normal, history.shear);
         const Vec3<Real> torque1 = (radius1 - Real(0.5) * overlap) * lever + moment, torque2 = moment - (radius2 - Real(0.5) * overlap) * lever;
-        to_first(-force, -torque1);
-        to_second(force, torque2);
+        const Real counts = overlap >= Real(0) ? Real(1) : Real(0);
+        const Real translation = counts * maximum(stiffness.normal, stiffness.shear);
+        const auto rotation = [&](Real radius) { return counts * (stiffness.shear * radius * radius + stiffness.rolling); };
+        to_first(-force, -torque1, translation, rotation(radius1));
+        to_second(force, torque2, translation, rotation(radius2));
         return componentwise(force, branch);
     });
 }
@@ -85,6 +88,14 @@ void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& par
         to_first(w.first * normal_less_shear, w.first * shear_along, w.first * shear, w.first * rolling);
         to_second(w.second * normal_less_shear, w.second * shear_along, w.second * shear, w.second * rolling);
         return Vec3<Real>{};
+    });
+}
+
+// No squared frequency of a particle below is larger than this, 1/s^2; found at every force pass.
+template <class Team, class Real> Real bound_on_squared_frequency(const Team& team, const Particles<Real>& particles) {
+    const Particles<Real> p = particles;
+    return team.largest(p.count, [=](Index i) {
+        return maximum(p.load[i].translation * p.inverse_mass[i], p.load[i].rotation * p.inverse_inertia[i]);
     });
 }
 

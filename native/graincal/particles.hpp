@@ -12,21 +12,21 @@ template <class Real> struct PairSide {
     Vec3<Real> velocity, spin;  // the velocity is the fluctuation
 };
 
-// What a pass over the pairs sums for each particle is a record of eight numbers, so that a team can add it as vectors of four; those in use come first.
+// What a pass over the pairs sums for each particle is a record of eight numbers, so that a team can add it as vectors of four.
 // `number` hands a record's parts on one by one, with their places: a team may keep records of many pairs as columns.
 
-// What acts on a particle.
+// What acts on a particle; and how stiffly it is held at most, in translation and in rotation, whichever way its contacts point.
 template <class Real> struct alignas(8 * sizeof(Real)) Load {
     Vec3<Real> force, torque;
-    Real unused[2]{};
+    Real translation{}, rotation{};
 
     using Number = Real;
-    static constexpr Index numbers = 6;
-    template <class Take> static void number(Take take, const Vec3<Real>& force, const Vec3<Real>& torque) {
+    template <class Take> static void number(Take take, const Vec3<Real>& force, const Vec3<Real>& torque, Real translation, Real rotation) {
         take(0, force.x), take(1, force.y), take(2, force.z), take(3, torque.x), take(4, torque.y), take(5, torque.z);
+        take(6, translation), take(7, rotation);
     }
     Load& operator+=(const Load& b) {
-        force += b.force, torque += b.torque;
+        force += b.force, torque += b.torque, translation += b.translation, rotation += b.rotation;
         return *this;
     }
 };
@@ -37,7 +37,6 @@ template <class Real> struct alignas(8 * sizeof(Real)) StiffnessSum {
     Real shear{}, rolling{};
 
     using Number = Real;
-    static constexpr Index numbers = 8;
     template <class Take>
     static void number(Take take, const Vec3<Real>& normal_less_shear, const Vec3<Real>& shear_along, Real shear, Real rolling) {
         take(0, normal_less_shear.x), take(1, normal_less_shear.y), take(2, normal_less_shear.z);

@@ -53,12 +53,13 @@ template <class Team, class Real, class Law> Status find_forces(const Team& team
 }
 
 template <class Team, class Real, class Law> void choose_time_step(const Team& team, Simulation<Real, Law>& sim) {
-    if (!sim.time_stepper.due(sim.steps)) return;
+    const Coordinate bound = bound_on_squared_frequency(team, sim.particles);
+    if (!sim.time_stepper.due(sim.steps, bound)) return;
     stiffness_pass(team, sim.law, sim.particles, sim.neighbours);
     team.sync();
     if (sim.time_stepper.shared) share_stiffness(team, sim.law, sim.particles, sim.neighbours);
     const Coordinate squared_frequency = sim.time_stepper.strengthened(sim.damping) * largest_squared_frequency(team, sim.particles);
-    sim.time_step = sim.time_stepper.next(sim.time_step, squared_frequency, sim.steps);
+    sim.time_step = sim.time_stepper.next(sim.time_step, squared_frequency, bound, sim.steps);
 }
 
 // A damping that strengthens forces more takes a smaller time step from the next motion on.

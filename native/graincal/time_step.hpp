@@ -15,19 +15,20 @@ struct TimeStepper {
     Coordinate growth = 1.05;                     // at most this factor a step; falls at once
     Coordinate longest = infinity<Coordinate>();  // s, whatever the contacts say
     // Most steps between two estimates. The stiffness that bounds the step changes slowly against it: while it does not, by more than `unsteady` from one
-    // estimate to the next, every step is estimated, and then fewer and fewer. What comes in between is held by the safety factor.
+    // estimate to the next, every step is estimated, and then fewer and fewer. A bound that is cheap to find is looked at every step: where it has risen since
+    // the latest estimate, as where grains gather, the next is due at once.
     Index longest_wait = 16;
     Coordinate unsteady = 0.01;
 
-    bool due(long long step) const { return step >= next_estimate; }
+    bool due(long long step, Coordinate bound) const { return step >= next_estimate || bound > (1 + unsteady) * bound_then; }
     void look_again(long long step) { next_estimate = step + 1, wait = 1; }
 
     // Cundall's damping strengthens forces that brake to 1 + zeta times what they are, and a leapfrog under it decays up to w dt = 2 / sqrt(1 + zeta). The bound
     // on each particle alone leaves that to its safety factor, as YADE's does.
     Coordinate strengthened(Coordinate damping) const { return shared ? 1 + damping : 1; }
 
-    // The time step after an estimate at this step, of the largest squared frequency of a particle, 1/s^2.
-    Coordinate next(Coordinate dt, Coordinate squared_frequency, long long step) {
+    // The time step after an estimate at this step, of the largest squared frequency of a particle, 1/s^2, which is at most `bound`.
+    Coordinate next(Coordinate dt, Coordinate squared_frequency, Coordinate bound, long long step) {
         Coordinate taken = dt;
         const bool known = started;
         if (squared_frequency > 0) {
@@ -41,12 +42,14 @@ struct TimeStepper {
         const bool steady = known && absolute(taken - dt) <= unsteady * dt;
         wait = steady ? minimum(2 * wait, longest_wait) : 1;
         next_estimate = step + wait;
+        bound_then = bound;
         return taken;
     }
 
     bool started = false;
     Index wait = 1;
     long long next_estimate = 0;
+    Coordinate bound_then = 0;
 };
 
 }  // namespace graincal

@@ -92,3 +92,22 @@ def test_a_steady_step_is_estimated_less_and_less_often_up_to_every_sixteenth(pr
     simulation.set_law(law())
     simulation.run(1, 0.0)
     assert simulation.time_step == pytest.approx(hard, rel=near(precision))
+
+
+def test_a_contact_that_comes_while_the_step_is_steady_shortens_it_at_once():
+    # A ring holds itself; a small sphere falls on it from the side, and touches it at step 40 or so, between two estimates.
+    period = 3 * 1.99
+    positions = np.array([[1.0, 4, 4], [2.99, 4, 4], [4.98, 4, 4], [2.99, 5.51, 4]])
+    taken = []
+    for longest_wait in (1, 16):
+        simulation = _native.Simulation(positions, np.array([1.0, 1, 1, 0.5]), np.diag([period, 8.0, 8.0]), law(), 1.0)
+        simulation.set_time_stepper(np.sqrt(2), longest_wait)
+        first_time_step(simulation)
+        velocities = np.zeros((4, 3))
+        velocities[3, 1] = -0.01 / (40 * simulation.time_step)
+        simulation.set_velocities(velocities)
+        taken.append([first_time_step(simulation) for _ in range(60)])
+    assert taken[0][30] == pytest.approx(taken[0][0], rel=1e-3)
+    assert min(taken[0]) < 0.7 * taken[0][0]
+    # Not one step is taken longer than if each had been estimated.
+    assert taken[1][: np.argmin(taken[0]) + 1] == pytest.approx(taken[0][: np.argmin(taken[0]) + 1], rel=1e-3)
