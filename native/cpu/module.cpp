@@ -113,7 +113,7 @@ template <class Engine> class InteractiveSimulation {
     // Steps with the time stepper, the servo driving to the goals set.
     void run(long long steps, double damping) {
         nb::gil_scoped_release release;
-        state().damping = damping;
+        set_damping(state(), damping);
         for (const long long last = state().steps + steps; state().steps < last;) {
             heed_signals();
             const long long next = std::min(last, state().steps + steps_between_looks);
@@ -451,7 +451,10 @@ template <class Engine> void bind_simulation(nb::module_& module) {
         .def("copy", [](const Sim& s) { return Sim(s); })
         .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)
         .def("run", &Sim::run, "steps"_a, "damping"_a)
-        .def("set_law", [](Sim& s, const GivenLaw& law) { s.state().law = law.template in_precision<Real>(); })
+        .def("set_law", [](Sim& s, const GivenLaw& law) {
+            s.state().law = law.template in_precision<Real>();
+            s.state().time_stepper.look_again(s.state().steps);
+        })
         .def("set_goals", [](Sim& s, const std::vector<AxisGoal>& goals) {
             for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
         })

@@ -32,17 +32,30 @@ template <class Number> using Four = typename FourOf<Number>::Vector;
 template <class Number> [[gnu::always_inline]] inline Four<Number> load(const Number* from) { return *reinterpret_cast<const Four<Number>*>(from); }
 template <class Number> [[gnu::always_inline]] inline void store(Number* to, const Four<Number>& v) { *reinterpret_cast<Four<Number>*>(to) = v; }
 
+// The numbers of a and b, counted on from a's first, at these places.
+#if defined(__clang__) || __GNUC__ >= 12
+#define GRAINCAL_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+template <class Vector, Index size> struct PlacesOf;
+template <class Vector> struct PlacesOf<Vector, 8> { typedef long long Type __attribute__((vector_size(sizeof(Vector)))); };
+template <class Vector> struct PlacesOf<Vector, 4> { typedef int Type __attribute__((vector_size(sizeof(Vector)))); };
+template <class Vector, class... Places> [[gnu::always_inline]] inline Vector shuffled(const Vector& a, const Vector& b, Places... places) {
+    return __builtin_shuffle(a, b, typename PlacesOf<Vector, sizeof(a[0])>::Type{places...});
+}
+#define GRAINCAL_SHUFFLE(a, b, ...) shuffled(a, b, __VA_ARGS__)
+#endif
+
 // Four rows become four columns, and the other way.
 template <class Vector> [[gnu::always_inline]] inline void transpose(Vector& a, Vector& b, Vector& c, Vector& d) {
-    const Vector ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const Vector cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6), cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    a = __builtin_shufflevector(ab0, cd0, 0, 1, 4, 5), b = __builtin_shufflevector(ab1, cd1, 0, 1, 4, 5);
-    c = __builtin_shufflevector(ab0, cd0, 2, 3, 6, 7), d = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
+    const Vector ab0 = GRAINCAL_SHUFFLE(a, b, 0, 4, 2, 6), ab1 = GRAINCAL_SHUFFLE(a, b, 1, 5, 3, 7);
+    const Vector cd0 = GRAINCAL_SHUFFLE(c, d, 0, 4, 2, 6), cd1 = GRAINCAL_SHUFFLE(c, d, 1, 5, 3, 7);
+    a = GRAINCAL_SHUFFLE(ab0, cd0, 0, 1, 4, 5), b = GRAINCAL_SHUFFLE(ab1, cd1, 0, 1, 4, 5);
+    c = GRAINCAL_SHUFFLE(ab0, cd0, 2, 3, 6, 7), d = GRAINCAL_SHUFFLE(ab1, cd1, 2, 3, 6, 7);
 }
 #if !defined(__AVX__)
 [[gnu::always_inline]] inline void transpose(FourDoubles& a, FourDoubles& b, FourDoubles& c, FourDoubles& d) {
-    const auto even = [](const FourDoubles::Two& x, const FourDoubles::Two& y) { return __builtin_shufflevector(x, y, 0, 2); };
-    const auto odd = [](const FourDoubles::Two& x, const FourDoubles::Two& y) { return __builtin_shufflevector(x, y, 1, 3); };
+    const auto even = [](const FourDoubles::Two& x, const FourDoubles::Two& y) { return GRAINCAL_SHUFFLE(x, y, 0, 2); };
+    const auto odd = [](const FourDoubles::Two& x, const FourDoubles::Two& y) { return GRAINCAL_SHUFFLE(x, y, 1, 3); };
     const FourDoubles w{even(a.low, b.low), even(c.low, d.low)}, x{odd(a.low, b.low), odd(c.low, d.low)};
     const FourDoubles y{even(a.high, b.high), even(c.high, d.high)}, z{odd(a.high, b.high), odd(c.high, d.high)};
     a = w, b = x, c = y, d = z;
@@ -208,5 +221,7 @@ class SerialTeam {
         return (Coordinate(low[0]) + Coordinate(low[2])) + (Coordinate(low[1]) + Coordinate(low[3]));
     }
 };
+
+#undef GRAINCAL_SHUFFLE
 
 }  // namespace graincal

@@ -1,4 +1,4 @@
-// The team of one CUDA thread block. The contract is that of team.hpp; sums follow the same tree as those of a CPU thread.
+// The team of one CUDA thread block. The contract is that of team.hpp; `sum` follows the same tree as that of a CPU thread; sums over pairs are taken in another order.
 #pragma once
 
 #include "graincal/particles.hpp"

@@ -10,7 +10,7 @@ from graincal.dem.stress_path import drained_triaxial
 
 from .spheres import law, masses, normal_stiffness, ring, two_spheres
 
-SAFETY = 0.95
+SAFETY = 0.84
 CONTACT = _native.Economy(shared_bound=True)
 # A force pass or two, a sum and a root: roundings.
 EXACT = 1e-13

@@ -79,21 +79,6 @@ def test_it_grows_by_a_twentieth_a_step_at_most_and_falls_at_once(precision):
     assert first_time_step(simulation) == pytest.approx(hard, rel=near(precision))
 
 
-def test_a_steady_step_is_estimated_less_and_less_often_up_to_every_sixteenth(precision):
-    simulation = ring(density=1e30, precision=precision)
-    hard = first_time_step(simulation)  # the next estimates are at steps 1, 3, 7, 15, 31, 47, ...
-    simulation.run(31, 0.0)
-    simulation.set_law(law(modulus=2.5e6))
-    for _ in range(32, 47 + 1):
-        assert simulation.time_step == pytest.approx(hard, rel=near(precision))
-        simulation.run(1, 0.0)
-    # Growth by a twentieth a step would have been enough for what it is by now, and what has changed is watched every step.
-    assert simulation.time_step == pytest.approx(2 * hard, rel=near(precision))
-    simulation.set_law(law())
-    simulation.run(1, 0.0)
-    assert simulation.time_step == pytest.approx(hard, rel=near(precision))
-
-
 def test_a_contact_that_comes_while_the_step_is_steady_shortens_it_at_once():
     # A ring holds itself; a small sphere falls on it from the side, and touches it at step 40 or so, between two estimates.
     period = 3 * 1.99

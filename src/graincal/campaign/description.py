@@ -105,7 +105,8 @@ def _describe_model(model: Model) -> dict[str, Any]:
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
         folder = str(model.folder.resolve()) if model.folder else None
-        return {"kind": "python", "function": model.function, "folder": folder, "control": control, "timeout": model.timeout}
+        timeout = {} if model.timeout is None else {"timeout": model.timeout}  # left out for the same reason
+        return {"kind": "python", "function": model.function, "folder": folder, "control": control, **timeout}
     named = model.function if isinstance(model, PythonModel) else type(model)
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
 

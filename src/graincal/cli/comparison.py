@@ -27,9 +27,13 @@ def read_comparison(path: Path, confining_pressure: float) -> Reference:
 
 def _of_calibration(path: Path, confining_pressure: float) -> Reference:
     found = read_references(path)
-    pressures = [entry.model.confining_pressure if entry.model.kind == TriaxialTest.kind else None for entry, _ in found]
+    # A model of one's own may stand for any test; of the built-in ones, a triaxial test is compared with triaxial ones.
+    found = [(entry, reference) for entry, reference in found if entry.model.kind in (TriaxialTest.kind, "python")]
+    pressures = [getattr(entry.model, "confining_pressure", None) for entry, _ in found]
     fitting = [reference for pressure, (_, reference) in zip(pressures, found) if pressure is None or np.isclose(pressure, confining_pressure)]
     if len(fitting) == 1:
         return fitting[0]
     there = ", ".join(f'"{entry.name}"' + (f" at {pressure:g} Pa" if pressure else "") for pressure, (entry, _) in zip(pressures, found))
+    if not found:
+        raise InputError(f"{path}: a triaxial experiment was expected, to compare a triaxial test with, and there is none.")
     raise InputError(f"{path}: one experiment at the confining pressure of {confining_pressure:g} Pa was expected, and there {'are' if len(found) > 1 else 'is'} {there}.")

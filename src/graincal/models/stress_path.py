@@ -132,7 +132,9 @@ class StressPathTest(Economy, ABC):
         scaling = float(density_scaling_of(self.packing, self.confining_pressure, inertial))
         if self.density_scaling not in (StressPathTest.density_scaling, scaling):
             raise InputError("density_scaling and inertial_number are both given, and one of them was expected.")
+        # From here on the test has a density scaling like any other: it is kept where the test is stored, or repeated at another pressure.
         object.__setattr__(self, "density_scaling", scaling)
+        object.__setattr__(self, "inertial_number", None)
 
     @property
     def returned(self) -> tuple[str, ...]:
