@@ -18,6 +18,14 @@ def test_each_file_is_one_that_calibrate_takes(path):
         assert (path.parent / entry.reference.file).exists()
 
 
+@pytest.mark.slow
+def test_the_packing_of_the_triaxial_example_can_be_prepared(tmp_path, monkeypatch):
+    monkeypatch.setenv("GRAINCAL_CACHE", str(tmp_path))
+    first, second = read_calibration(EXAMPLES / "triaxial" / "calibration.toml").experiments
+    assert first.model.packing.count == 500 and first.model.packing.void_ratio == pytest.approx(0.68, abs=0.002)
+    assert len(list(tmp_path.glob("*.csv"))) == 1  # both tests are of the same packing
+
+
 def test_the_function_of_one_s_own_is_found():
     calibration = read_calibration(EXAMPLES / "python_model" / "calibration.toml")
     assert calibration.space.names == ("strength", "reference_strain", "dilatancy")

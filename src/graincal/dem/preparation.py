@@ -135,9 +135,22 @@ def _lower_friction(start: _State, void_ratio: float, grading: Grading) -> _Stat
 
 
 def _arrest(start: _State, collapsing: float, holding: float, void_ratio: float) -> _State:
-    """Let the packing collapse under one friction angle in degrees and bring back one that held it on the way: bisection on where.
+    """Let the packing collapse under one friction angle in degrees and bring back one that holds it on the way.
 
-    Settling is chaotic, so the bisection may end beside the void ratio: the closest state met is returned, if it is within `ACCEPTED`."""
+    The angles of the search come first. A small packing has few states that they hold, and may have none near the void ratio, or not collapse from
+    where it is: then it collapses under half the angle or without friction, and is held by all the friction there is. The closest state met is returned,
+    if it is within `ACCEPTED`."""
+    met: list[_State] = []
+    for collapse, hold in ((collapsing, holding), (0.5 * collapsing, LOOSEST_FRICTION_ANGLE), (0.0, LOOSEST_FRICTION_ANGLE)):
+        met += _stopped_on_the_way(start, collapse, hold, void_ratio)
+        closest = min(met, key=lambda state: abs(state.void_ratio - void_ratio))
+        if abs(closest.void_ratio - void_ratio) <= ACCEPTED:
+            return closest
+    raise RuntimeError(f"the closest packing met has a void ratio of {closest.void_ratio:.4f}, further than {ACCEPTED:g} from {void_ratio:g}")
+
+
+def _stopped_on_the_way(start: _State, collapsing: float, holding: float, void_ratio: float) -> list[_State]:
+    """The states met in a bisection on where the collapse is stopped. Settling is chaotic, so it may end beside the void ratio."""
     met = [start, start.with_friction(collapsing)]
     loosest, densest = (state.simulation.void_ratio for state in met)
     for _ in range(_MAX_TRIALS):
@@ -154,10 +167,7 @@ def _arrest(start: _State, collapsing: float, holding: float, void_ratio: float)
             loosest = turn
         else:
             densest = turn
-    closest = min(met, key=lambda state: abs(state.void_ratio - void_ratio))
-    if abs(closest.void_ratio - void_ratio) > ACCEPTED:
-        raise RuntimeError(f"the closest packing met has a void ratio of {closest.void_ratio:.4f}, further than {ACCEPTED:g} from {void_ratio:g}")
-    return closest
+    return met
 
 
 def _compress(simulation: _native.Simulation) -> None:
