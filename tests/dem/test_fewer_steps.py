@@ -32,6 +32,16 @@ def test_the_bound_of_two_spheres_alone_is_exact_along_their_normal():
     assert first_time_step(simulation) == pytest.approx(SAFETY * 2 / frequency, rel=EXACT)
 
 
+@pytest.mark.parametrize("ratio", [0.2, 0.3, 0.4, 0.5, 0.7, 1.0])
+@pytest.mark.parametrize("radii", [(1.0, 1.0), (1.0, 0.6), (1.0, 0.1)], ids=str)
+def test_the_step_of_two_spheres_that_slip_and_turn_is_stable(radii, ratio):
+    # Slip by ks alone moves and turns both: w^2 = ks sum (1/m + r^2/I) = 7/2 ks (1/m1 + 1/m2), above the frequency of either alone.
+    simulation = two_spheres(radii, density=2.0, stiffness_ratio=ratio, rolling_stiffness=0.0, economy=CONTACT)
+    mobility = 1 / masses(radii[0], 2.0) + 1 / masses(radii[1], 2.0)
+    stiffness = normal_stiffness(radii) * max(1.0, 3.5 * ratio)
+    assert first_time_step(simulation) < 2 / np.sqrt(stiffness * mobility)
+
+
 def test_the_bound_of_a_ring_is_below_its_limit_by_the_root_of_three_quarters():
     # The fastest motion of three equal masses on a ring has w^2 = 3 kn / m; its bound is 4 kn / m, each contact's of the two stiffnesses about both ends.
     simulation = ring(stiffness_ratio=0.0, rolling_stiffness=0.0, density=2.0, economy=CONTACT)
