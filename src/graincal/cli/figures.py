@@ -29,7 +29,8 @@ def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
 
 def draw_response(response: Response, path: Path, control: str, shown: Sequence[str], reference: Reference | None = None) -> None:
     """The named columns of a response, or the observables of a reference beside it."""
-    shown = tuple(reference.observables) if reference else shown
+    # What is loaded to stresses is seen by the strain that they make.
+    shown = tuple(reference.observables) if reference else tuple("axial_strain" if name == control else name for name in shown)
     figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
     for column, name in enumerate(shown):
         axes = figure.add_subplot(1, len(shown), 1 + column)
