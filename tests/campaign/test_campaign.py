@@ -155,7 +155,7 @@ def test_a_model_on_another_control_is_interpolated():
         ({"space": None}, "needs a parameter space"),
         ({"reference": None}, "needs the reference"),
         ({"method": "magic"}, 'method must be one of iterative-bayesian, sequential-monte-carlo, not "magic"'),
-        ({"alhpa": 3}, "filter.alhpa is not an option of the filter; expected one of alpha"),
+        ({"alhpa": 3}, "filter.alhpa is not an option of the filter .did you mean \"alpha\".*; expected one of alpha"),
         ({"workers": 0}, 'workers must be a whole number above 0 or "all", not 0'),
         ({"seed": -1}, "seed must be a whole number, not negative, not -1"),
         ({"max_evaluations": 3}, "does not hold one iteration of 20 samples"),
@@ -278,7 +278,7 @@ def test_a_criterion_that_is_switched_off_lets_the_campaign_go_on(tmp_path):
     [
         ({"max_iterations": 2}, "it would have ended after 2 of the 3 iterations that are begun, by max_iterations"),
         ({"error": 1e3, "max_iterations": 9}, "it would have ended after 1 of the 3 iterations that are begun, by error"),
-        ({"max_iteration": 9}, "stop.max_iteration is not a criterion of stopping; expected some of s, "),
+        ({"max_iteration": 9}, "stop.max_iteration is not a criterion of stopping .did you mean .max_iterations...; expected some of s, "),
         ({"max_iterations": 0}, "stop.max_iterations must be a whole number above 0 or false, not 0"),
     ],
 )

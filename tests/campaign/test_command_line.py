@@ -132,6 +132,8 @@ def test_export_gives_every_figure(campaign, call, tmp_path):
     assert sum(float(row["weight"]) for row in rows) == pytest.approx(2)
     assert {row["failure"] for row in rows if row["error"] == "nan"} <= {"error: ArithmeticError: no equilibrium (soil.py, line 18)."}
 
+    blocked = call("export", campaign, "--to", "csv", "-o", tmp_path / "samples.csv" / "below")
+    assert (blocked.code, blocked.err) == (1, f"{tmp_path / 'samples.csv'}: this is a file, and a folder to write to was expected.\n")
     call("export", campaign, "--to", "json", "-o", tmp_path)
     document = json.loads((tmp_path / "campaign.json").read_text())
     assert np.array(document["iterations"][1]["weights"]).shape == (11, 20)
@@ -188,6 +190,8 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     assert np.any(single["stress_ratio"] != curve["stress_ratio"])
     np.testing.assert_allclose(single["stress_ratio"], curve["stress_ratio"], rtol=0.01)
     assert "together 0.00 %" in call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
+    clash = call(*given, *truth, "--at", tmp_path / "reference.csv", "-o", tmp_path / "reference.csv")
+    assert clash.code == 1 and clash.err == f"{tmp_path / 'reference.csv'}: this is one of the files that are read, and is not overwritten; name another.\n"
 
     file = tmp_path / "triaxial.toml"
     model = f'{{ kind = "triaxial", packing = "{PACKING}", confining_pressure = 0.5e6, fixed = {{ nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}'
@@ -196,7 +200,11 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
         '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\nobservables = { stress_ratio = {}, volumetric_strain = {} }\n'
         f"model = {model}\n[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
     )
-    assert "together 0.00 %" in call(*given, *truth, "--at", file, "-o", tmp_path / "again.csv").err
+    again = tmp_path / "again.csv"
+    for closing in ("", ", replaced"):
+        called = call(*given, *truth, "--at", file, "-o", again)
+        assert "together 0.00 %" in called.err and called.err.endswith(f"\nWritten to {again}{closing}.\n")
+    assert "one of the files that are read" in call(*given, *truth, "--at", file, "-o", tmp_path / "reference.csv").err
     other = call(*given[:-1], "2e5", *truth, "--at", file)
     assert other.code == 1 and other.err == f'{file}: one experiment at the confining pressure of 200000 Pa was expected, and there is "tiny" at 500000 Pa.\n'
     checked = call("check", file)
@@ -260,22 +268,49 @@ def test_another_path_is_calibrated_resumed_and_reported(call, tmp_path):
     assert "graincal simulate oedometric" in report and report.count("--axial-stress ") == 2
 
 
+PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
+"""Of grains so stiff that a test would take its time: what is refused is refused before anything is computed."""
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o none/curve.csv",
+            "none/curve.csv: this cannot be written, for there is no folder none, and one that exists was expected.",
+        ),
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} --plot none/curve.png",
+            "none/curve.png: this cannot be written, for there is no folder none, and one that exists was expected.",
+        ),
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} --plot curve.pgn",
+            'curve.pgn: the suffix says what a figure is written as, and .png, .pdf, .svg or another that Matplotlib writes was expected (did you mean ".png"?).',
+        ),
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o curve.png",
+            "curve.png: this is to be a table in CSV, and a name such as curve.csv was expected; a figure is drawn by --plot.",
+        ),
+        (f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o {PACKING}", f"{PACKING}: this is one of the files that are read, and is not overwritten; name another."),
+        (f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o .", ".: this is a folder, and the name of a file to write was expected."),
+        ("check nowhere.toml --plot references", "references: the suffix says what a figure is written as, and .png, .pdf, .svg or another that Matplotlib writes was expected."),
         ("simulate oedometric --packing x --confining-pressure 1e5 -p phi=1", "either --axial-strain or --axial-stress was expected, and neither is given."),
         (
             "simulate oedometric --packing x --confining-pressure 1e5 -p phi=1 --axial-strain 0.1 --axial-stress 2e5",
             "either --axial-strain or --axial-stress was expected, and both are given.",
         ),
-        ("simulate table --packing x -p phi=1 --table nowhere.csv", "nowhere.csv: the table of a stress path cannot be read (No such file or directory)."),
-        ("calibrate nowhere.toml -o out", "nowhere.toml: a calibration file was expected here (No such file or directory)."),
+        ("simulate table --packing x -p phi=1 --table nowhere.csv", "nowhere.csv: there is no such file, and the table of a stress path was expected here."),
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 -p logE=8 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.1",
+            'a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once, as a parameter or fixed, and was given logE, nu, phi, beta_m, eta_m (did you mean "log_E"?).',
+        ),
+        ("calibrate nowhere.toml -o out", "nowhere.toml: there is no such file, and a calibration file was expected here."),
         ("resume nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
         ("status nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
         ("export nowhere --to csv", "nowhere: there is no campaign in this folder (no campaign.db)."),
-        ("check nowhere.toml", "nowhere.toml: a calibration file was expected here (No such file or directory)."),
+        ("check nowhere.toml", "nowhere.toml: there is no such file, and a calibration file was expected here."),
         ("init nowhere.csv", "nowhere.csv: there is no such file, and a laboratory file was expected here."),
-        ("simulate triaxial --packing nowhere.csv --confining-pressure 1e5 -p phi=3", "nowhere.csv: the packing cannot be read (No such file or directory)."),
+        ("simulate triaxial --packing nowhere.csv --confining-pressure 1e5 -p phi=3", "nowhere.csv: there is no such file, and a packing file was expected here."),
         ("simulate triaxial --packing x --confining-pressure 1e5 -p phi", "-p phi: NAME=VALUE with a number was expected, such as -p phi=28.1."),
         ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 -p phi=2", "-p phi=2: phi is given twice."),
         (
@@ -286,7 +321,7 @@ def test_another_path_is_calibrated_resumed_and_reported(call, tmp_path):
             "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.csv --increment 0.004",
             "--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.",
         ),
-        ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.toml", "y.toml: a calibration file was expected here (No such file or directory)."),
+        ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.toml", "y.toml: there is no such file, and a calibration file was expected here."),
     ],
 )
 def test_a_mistake_is_one_sentence_and_the_code_1(call, tmp_path, monkeypatch, arguments, said):

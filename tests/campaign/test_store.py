@@ -145,7 +145,7 @@ def test_a_beginning_cut_short_leaves_no_campaign(tmp_path):
 
 def test_a_file_that_is_no_store_is_said(tmp_path):
     (tmp_path / "campaign.db").write_text("not a database " * 100)
-    with pytest.raises(FolderError, match="campaign.db: this cannot be read or written .file is not a database"):
+    with pytest.raises(FolderError, match=r"campaign.db: this cannot be read \(file is not a database\), and the store of a campaign was expected here"):
         Store.open(tmp_path)
 
 

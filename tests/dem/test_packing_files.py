@@ -74,7 +74,7 @@ def test_a_file_is_read_as_it_comes(tmp_path, content):
 
 def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path):
     path = tmp_path / "nowhere.csv"
-    assert refusal(lambda: Packing.read(path)) == f"{path}: the packing cannot be read (No such file or directory)."
+    assert refusal(lambda: Packing.read(path)) == f"{path}: there is no such file, and a packing file was expected here."
     assert "text file with the columns x,y,z,radius" in refusal_of(tmp_path, b"\xff\xfe\x00\x80")
 
 

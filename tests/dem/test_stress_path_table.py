@@ -76,7 +76,7 @@ def test_a_stage_that_is_not_recorded_cannot_be_asked_for(packing, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("strain_z,record", "strain_z,recorded", "column recorded is not known, and each of stress_x, "),
+        ("strain_z,record", "strain_z,recorded", 'column recorded is not known (did you mean "record"?), and each of stress_x, '),
         ("strain_z,record", "stress_z,record", "column stress_z stands twice, and each of stress_x, "),
         (",,0.002,yes,", ",,0.002,yes", "line 6 (stage 3) has 5 cells, and one for each of the 6 columns was expected."),
         (",,0.002,yes,", ",,0.2%,yes,", 'line 6 (stage 3), column strain_z: a number was expected, not "0.2%".'),
@@ -102,5 +102,5 @@ def test_a_mistake_is_one_sentence_with_file_line_and_column(tmp_path, old, new,
 
 
 def test_a_table_that_is_not_there_is_a_sentence_too(tmp_path):
-    with pytest.raises(InputError, match="nowhere.csv: the table of a stress path cannot be read"):
+    with pytest.raises(InputError, match="nowhere.csv: there is no such file, and the table of a stress path was expected here"):
         StressPathTable.read(tmp_path / "nowhere.csv")

@@ -190,7 +190,7 @@ def test_what_is_no_file_is_refused(read, tmp_path: Path) -> None:
     assert_one_sentence(str(refusal.value), tmp_path / "nowhere.csv", ["no such file"])
     with pytest.raises(InputError) as refusal:
         read(tmp_path)
-    assert_one_sentence(str(refusal.value), tmp_path, ["cannot be read"])
+    assert_one_sentence(str(refusal.value), tmp_path, ["this is a folder", "a laboratory file was expected"])
 
 
 def test_long_lists_of_lines_are_cut(tmp_path: Path) -> None:

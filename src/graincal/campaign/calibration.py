@@ -16,6 +16,7 @@ from graincal.execution import available_cores
 from graincal.inference import METHODS, IterativeBayesianFilter, Stop
 from graincal.models import StressPathTest
 from graincal.models.stress_path import check_ranges
+from graincal.suggestion import did_you_mean
 
 FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
 
@@ -51,9 +52,9 @@ class Calibration:
         if len({file_name(name) for name in names}) < len(names):
             raise InputError(f"experiments must have different names, by letters and digits, not {', '.join(names)}.")
         if self.method not in METHODS:
-            raise InputError(f'method must be one of {", ".join(METHODS)}, not "{self.method}".')
+            raise InputError(f'method must be one of {", ".join(METHODS)}, not "{self.method}"{did_you_mean(self.method, METHODS)}.')
         if unknown := set(self.filter_options) - set(FILTER_OPTIONS):
-            raise InputError(f"filter.{min(unknown)} is not an option of the filter; expected one of {', '.join(FILTER_OPTIONS)}.")
+            raise InputError(f"filter.{min(unknown)} is not an option of the filter{did_you_mean(min(unknown), FILTER_OPTIONS)}; expected one of {', '.join(FILTER_OPTIONS)}.")
         if self.workers != "all" and (not isinstance(self.workers, int) or self.workers < 1):
             raise InputError(f'workers must be a whole number above 0 or "all", not {self.workers!r}.')
         for experiment in self.experiments:
@@ -84,7 +85,7 @@ class Calibration:
             check_ranges(self.space, model.law)
         returned = getattr(model, "returned", None)
         if returned is not None and (missing := set(experiment.reference.names) - set(returned)):
-            raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too.')
+            raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too{did_you_mean(min(missing), returned)}.')
         # A model that is given no samples says what is wrong with everything else.
         nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, self.space.size)), self.space.names)
         try:

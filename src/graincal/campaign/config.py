@@ -14,8 +14,10 @@ from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
+from graincal.files import unreadable
 from graincal.inference import METHODS, Stop
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
+from graincal.suggestion import did_you_mean
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -145,8 +147,10 @@ class ExperimentEntry(Section):
     @classmethod
     def _by_kind(cls, table: Any) -> Section:
         kind = table.get("kind") if isinstance(table, dict) else None
-        if kind not in MODELS:
+        if not isinstance(kind, str):
             raise cls.unexpected("model", table)
+        if kind not in MODELS:
+            raise mistake(f'.kind must be one of {", ".join(MODELS)}, not "{kind}"{did_you_mean(kind, MODELS)}')
         return MODELS[kind].model_validate(table)
 
     @field_validator("reference", mode="before")
@@ -242,7 +246,7 @@ def _read(path: Path) -> tuple[CalibrationFile, str]:
         source = path.read_text(encoding="utf-8-sig")
         content = tomllib.loads(source)
     except OSError as error:
-        raise InputError(f"{path}: a calibration file was expected here ({error.strerror}).") from None
+        raise InputError(unreadable(path, error, "a calibration file")) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
     except tomllib.TOMLDecodeError as error:

@@ -12,6 +12,7 @@ from graincal.campaign.calibration import Calibration
 from graincal.campaign.store import Store
 from graincal.data import InputError
 from graincal.inference import Stop
+from graincal.suggestion import did_you_mean
 
 _CRITERIA = tuple(field.name for field in fields(Stop))
 
@@ -19,7 +20,7 @@ _CRITERIA = tuple(field.name for field in fields(Stop))
 def with_criteria(calibration: Calibration, criteria: Mapping[str, Any]) -> Calibration:
     """The calibration with some criteria of `Stop` replaced. Raises InputError for names and values that are none."""
     if unknown := [name for name in criteria if name not in _CRITERIA]:
-        raise InputError(f"stop.{unknown[0]} is not a criterion of stopping; expected some of {', '.join(_CRITERIA)}.")
+        raise InputError(f"stop.{unknown[0]} is not a criterion of stopping{did_you_mean(unknown[0], _CRITERIA)}; expected some of {', '.join(_CRITERIA)}.")
     return replace(calibration, stop=replace(calibration.stop, **criteria))
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
+
+from graincal.suggestion import did_you_mean
 
 
 class Section(BaseModel):
@@ -27,7 +29,7 @@ class Section(BaseModel):
             raise mistake(f" must be a table with {', '.join(cls.model_fields)}, not {_show(table)}")
         for key in table:
             if key not in cls.model_fields:
-                raise mistake(f".{key} is not a key that is known here, and one of {', '.join(cls.model_fields)} was expected")
+                raise mistake(f".{key} is not a key that is known here{did_you_mean(key, cls.model_fields)}, and one of {', '.join(cls.model_fields)} was expected")
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in table:
                 raise mistake(f".{key} is missing, and {field.description} was expected")
@@ -47,7 +49,8 @@ class Section(BaseModel):
     @classmethod
     def unexpected(cls, key: str, value: Any) -> PydanticCustomError:
         """The mistake of a value that is not what its key expects."""
-        return mistake(f" must be {cls.model_fields[key].description}, not {_show(value)}")
+        field = cls.model_fields[key]
+        return mistake(f" must be {field.description}, not {_show(value)}{did_you_mean(value, _words(field.annotation))}")
 
 
 def mistake(words: str) -> PydanticCustomError:
@@ -77,6 +80,13 @@ def _holds_sections(annotation: Any) -> bool:
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return True
     return any(map(_holds_sections, get_args(annotation)))
+
+
+def _words(annotation: Any) -> list[str]:
+    """The words that a value may be one of."""
+    if get_origin(annotation) is Literal:
+        return [word for word in get_args(annotation) if isinstance(word, str)]
+    return [word for argument in get_args(annotation) for word in _words(argument)]
 
 
 def _show(value: Any) -> str:

@@ -248,7 +248,7 @@ class Store:
         try:
             return self._connection.execute(query, arguments).fetchall()
         except sqlite3.Error as error:
-            raise FolderError.of(self._path, error) from error
+            raise FolderError.of(self._path, error, reading=True) from error
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
@@ -286,7 +286,7 @@ def _connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
         connection.execute("PRAGMA synchronous = FULL")
         return connection
     except sqlite3.Error as error:
-        raise FolderError.of(path, error) from error
+        raise FolderError.of(path, error, reading=not create) from error
 
 
 def _as_json(data: Mapping[str, Any]) -> str:

@@ -20,9 +20,12 @@ def check(
     One short evaluation in the middle of the ranges is run for that.
     """
     from graincal.campaign.doubts import doubts
+    from graincal.cli.outputs import check_figure
     from graincal.cli.running import read
     from graincal.inference import sample_size_advice
 
+    if plot is not None:
+        check_figure(plot, [file])
     calibration = read(file)
     space = calibration.space
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):

@@ -25,6 +25,14 @@ def read_comparison(path: Path, confining_pressure: float) -> Reference:
     return reference
 
 
+def files_of(path: Path) -> list[Path]:
+    """The file, and for a calibration file the references and packings that it names."""
+    if path.suffix != ".toml":
+        return [path]
+    named = [name for entry, _ in read_references(path) for name in (entry.reference.file, getattr(entry.model, "packing", None)) if name]
+    return [path, *(path.parent / name for name in named)]
+
+
 def _of_calibration(path: Path, confining_pressure: float) -> Reference:
     found = read_references(path)
     # A model of one's own may stand for any test; of the built-in ones, a triaxial test is compared with triaxial ones.

@@ -26,7 +26,10 @@ def export(
     """Write samples, weights, errors and responses of the complete iterations for other programs."""
     from graincal.campaign import Result
     from graincal.campaign.export import export_csv, export_json
+    from graincal.cli.outputs import check_folder
 
     write = {Format.csv: export_csv, Format.json: export_json}[to]
-    for path in write(Result.read(folder), output or folder / "export"):
+    result, target = Result.read(folder), output or folder / "export"
+    check_folder(target)
+    for path in write(result, target):
         typer.echo(path)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
 from graincal.data import InputError, Reference, Response
+from graincal.files import unwritable
 
 _UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
 """What quantities are drawn in, by the last word of their names, and the factor to that from fractions and Pa."""
@@ -55,5 +56,5 @@ def _label(name: str) -> str:
 def _save(figure: Figure, path: Path) -> None:
     try:
         figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: the figure cannot be written ({getattr(error, 'strerror', None) or error}).") from None
+    except OSError as error:
+        raise InputError(unwritable(path, error)) from None

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from graincal.data import InputError
+from graincal.files import unwritable
 
 
 class Strain(str, Enum):
@@ -39,5 +40,5 @@ def init(
     except FileExistsError:
         raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.") from None
     except OSError as error:
-        raise InputError(f"{output}: a file cannot be written here ({error.strerror}).") from None
+        raise InputError(unwritable(output, error)) from None
     typer.echo(f"\nWritten to {output}. Edit the lines that say CHECK, then: graincal check {output}")

@@ -9,6 +9,7 @@ import typer
 
 from graincal.cli.options import Quiet
 from graincal.data import InputError
+from graincal.files import unwritable
 
 
 def pack(
@@ -33,7 +34,7 @@ def pack(
     try:
         write_whole(packing, output, comment(void_ratio, grading, seed))
     except OSError as error:
-        raise InputError(f"{output}: a file cannot be written here ({error.strerror}).") from None
+        raise InputError(unwritable(output, error)) from None
     if not quiet:
         x, y, z = (1e3 * length for length in packing.edges.diagonal())
         diameters = 2e3 * packing.radii

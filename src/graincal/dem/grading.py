@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError
+from graincal.files import unreadable
+from graincal.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +49,11 @@ class Grading:
         try:
             with path.open(newline="", encoding="utf-8-sig") as file:
                 rows = [[cell.strip() for cell in row] for row in csv.reader(file) if any(row) and not row[0].startswith("#")]
-        except (OSError, UnicodeDecodeError):
-            raise InputError(f"{path}: a grading is '{', '.join(_KNOWN)}' or a readable CSV file with the columns {', '.join(wanted)}.") from None
+        except OSError as error:
+            expected = f"a grading, {' or '.join(map(repr, _KNOWN))} or a CSV file with the columns {', '.join(wanted)},"
+            raise InputError(unreadable(f"{path}{did_you_mean(str(path), _KNOWN)}", error, expected)) from None
+        except UnicodeDecodeError:
+            raise InputError(f"{path}: a grading must be a text file with the columns {', '.join(wanted)}.") from None
         if not rows or rows[0] != wanted:
             raise InputError(f"{path}: the header must be '{','.join(wanted)}'.")
         try:

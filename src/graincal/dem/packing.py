@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from graincal import _native
 from graincal.data import InputError
+from graincal.files import unreadable
 
 LARGEST_OVERLAP = 0.01
 """Overlaps above this share of the smaller radius are no packing at rest, but a mistake in the file."""
@@ -104,7 +105,7 @@ class Packing:
         try:
             lines = path.read_text(encoding="utf-8-sig").splitlines()
         except OSError as error:
-            raise InputError(f"{path}: the packing cannot be read ({error.strerror}).") from None
+            raise InputError(unreadable(path, error, "a packing file")) from None
         except UnicodeDecodeError:
             raise InputError(f"{path}: a packing must be a text file with the columns x,y,z,radius.") from None
         comments = [line for line in lines if line.startswith("#")]

@@ -13,6 +13,8 @@ import numpy as np
 from graincal import _native
 from graincal.data import InputError
 from graincal.dem.stress_path import AXIAL_RATE, ISOTROPIC_RATE, consolidation
+from graincal.files import unreadable
+from graincal.suggestion import did_you_mean
 
 AXES = ("x", "y", "z")
 COLUMNS = (*(f"{kind}_{axis}" for kind in ("stress", "strain", "rate") for axis in AXES), "record", "strain_origin")
@@ -82,7 +84,7 @@ class StressPathTable:
         _, header = lines.pop(0)
         for name in header:
             if name not in COLUMNS or header.count(name) > 1:
-                what = "stands twice" if name in COLUMNS else "is not known"
+                what = "stands twice" if name in COLUMNS else f"is not known{did_you_mean(name, COLUMNS)}"
                 raise InputError(f"{path}: column {name or 'without a name'} {what}, and each of {', '.join(COLUMNS)} at most once was expected.")
         rows = []
         for number, (line, cells) in enumerate(lines, start=1):
@@ -98,7 +100,7 @@ def _lines(path: Path) -> list[tuple[int, list[str]]]:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(f"{path}: the table of a stress path cannot be read ({error.strerror}).") from None
+        raise InputError(unreadable(path, error, "the table of a stress path")) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
     kept = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip(" ,") and not line.lstrip().startswith("#")]

@@ -13,6 +13,7 @@ from graincal.laboratory.numbers import read_number
 from graincal.laboratory.quantities import DIMENSIONS, SIGNED, STRAINS
 from graincal.laboratory.table import Table
 from graincal.laboratory.units import Unit, find_unit, known_units, split_header
+from graincal.suggestion import did_you_mean
 
 LARGEST_FRACTION = 0.5
 """Strains beyond it are taken for percent unless their unit is said."""
@@ -42,7 +43,7 @@ class Conventions:
                 option = {"all": option}
             for name, word in option.items():
                 if words and word not in words:
-                    raise InputError(f'{path}: {key} must be "{words[0]}" or "{words[1]}", not {word!r}.')
+                    raise InputError(f'{path}: {key} must be "{words[0]}" or "{words[1]}", not {word!r}{did_you_mean(word, words)}.')
                 if not isinstance(word, str):
                     raise InputError(f"{path}: {key} of {name} must be text, not {word!r}.")
         self._check_names(path, "columns", self.columns, selectable)
@@ -58,7 +59,7 @@ class Conventions:
         for name in option if isinstance(option, Mapping) else ():
             if name not in names:
                 expected = ", ".join(names) or "no quantity"
-                raise InputError(f"{path}: {key} names '{name}', which is not read here, and one of {expected} was expected.")
+                raise InputError(f"{path}: {key} names '{name}'{did_you_mean(name, names)}, which is not read here, and one of {expected} was expected.")
 
     def leaves_measure_open(self, quantity: str) -> bool:
         """Whether it is a strain of which nothing is said."""
@@ -97,7 +98,7 @@ def find_column(table: Table, quantity: str, conventions: Conventions) -> Column
     if not found and said is None:
         return None
     if not found:
-        raise missing_column(table, f"'{said}' for {quantity}")
+        raise missing_column(table, f"'{said}' for {quantity}", said)
     if len(found) > 1:
         names = ", ".join(f"'{table.header[i]}'" for i in found)
         raise InputError(f"{table.path}: {len(found)} columns answer to '{wanted}' for {quantity} ({names}), and a single one was expected.")
@@ -105,9 +106,11 @@ def find_column(table: Table, quantity: str, conventions: Conventions) -> Column
     return Column(quantity, table.header[index], index, _unit(table, quantity, index, conventions.units.get(quantity)))
 
 
-def missing_column(table: Table, wanted: str) -> InputError:
+def missing_column(table: Table, wanted: str, name: str) -> InputError:
+    """That there is no column of that name, which is said as `wanted`."""
+    meant = did_you_mean(split_header(name)[0], [split_header(header)[0] for header in table.header])
     present = ", ".join(f"'{header}'" for header in table.header if header)
-    return InputError(f"{table.path}: there is no column {wanted}, and those present are {present} (columns = {{ ... }} says which is which).")
+    return InputError(f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} says which is which).")
 
 
 def _unit(table: Table, quantity: str, index: int, said: str | None) -> Unit | None:

@@ -112,13 +112,13 @@ def _source(table: Table, name: str, conventions: Conventions) -> Column:
     if name != "stress_ratio":
         column = find_column(table, name, conventions)
         if column is None:
-            raise missing_column(table, name)
+            raise missing_column(table, name, name)
         return column
     names = ("stress_ratio", *STRESS_MEASURES)
     said = [measure for measure in names if measure in conventions.columns]
     found = [column for measure in said or names if (column := find_column(table, measure, conventions)) is not None]
     if not found:
-        raise missing_column(table, "stress_ratio (nor " + ", ".join(STRESS_MEASURES) + ")")
+        raise missing_column(table, "stress_ratio (nor " + ", ".join(STRESS_MEASURES) + ")", name)
     if len(found) > 1 and (said or found[0].quantity != "stress_ratio"):
         headers = ", ".join(f"'{column.header}'" for column in found)
         raise InputError(f"{table.path}: columns {headers} all give the stress ratio, name a single one in columns.")

@@ -11,6 +11,7 @@ from os import PathLike
 from pathlib import Path
 
 from graincal.data import InputError
+from graincal.files import unreadable
 from graincal.laboratory.numbers import decimal_mark, is_number
 from graincal.laboratory.units import find_unit
 
@@ -125,10 +126,8 @@ def read_table(path: str | PathLike[str]) -> Table:
 def _decode(path: Path, name: str) -> tuple[str, str, bool]:
     try:
         raw = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{name}: there is no such file, and a laboratory file was expected here.") from None
     except OSError as error:
-        raise InputError(f"{name}: this cannot be read as a file ({error.strerror}).") from None
+        raise InputError(unreadable(name, error, "a laboratory file")) from None
     if raw.startswith(_SPREADSHEETS):
         raise InputError(f"{name}: this is a spreadsheet and not text, save its sheet as CSV first.")
     marked = raw.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"))

@@ -12,6 +12,7 @@ from graincal import _native
 from graincal.data import InputError
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path import AXIAL_RATE
+from graincal.suggestion import did_you_mean
 
 DENSITY = 2650.0
 """Density of quartz grains, kg/m^3, before scaling."""
@@ -50,7 +51,7 @@ class Economy:
     def check_economy(self) -> None:
         """Raise InputError for an option that means nothing."""
         if self.time_step_bound not in TIME_STEP_BOUNDS:
-            raise InputError(f"time_step_bound must be {' or '.join(map(repr, TIME_STEP_BOUNDS))}, not {self.time_step_bound!r}.")
+            raise InputError(f"time_step_bound must be {' or '.join(map(repr, TIME_STEP_BOUNDS))}, not {self.time_step_bound!r}{did_you_mean(self.time_step_bound, TIME_STEP_BOUNDS)}.")
         for name, (fits, words) in _NUMBERS.items():
             value = getattr(self, name)
             if not (isinstance(value, Real) and np.isfinite(value) and fits(value)):

@@ -18,6 +18,7 @@ from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.execution import available_cores
 from graincal.models.economy import DENSITY, Economy, density_scaling_of
+from graincal.suggestion import did_you_mean
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
 """Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength.
@@ -100,7 +101,7 @@ class StressPathTest(Economy, ABC):
     def __post_init__(self) -> None:
         object.__setattr__(self, "control", self.control or self.controls[0])
         if self.control not in self.controls:
-            raise InputError(f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}.")
+            raise InputError(f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}{did_you_mean(self.control, self.controls)}.")
         for name in ("confining_pressure", "density_scaling", "step_limit"):
             value = getattr(self, name)
             if value is None and name in self.optional:
@@ -113,9 +114,9 @@ class StressPathTest(Economy, ABC):
             raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
         for name, choices in {"law": tuple(LAWS), "precision": PRECISIONS}.items():
             if getattr(self, name) not in choices:
-                raise InputError(f"{name} must be {' or '.join(map(repr, choices))}, not {getattr(self, name)!r}.")
-        if unknown := set(self.fixed) - set(PARAMETERS):
-            raise InputError(f"fixed: {', '.join(sorted(unknown))} is not among the test's parameters {', '.join(PARAMETERS)}.")
+                raise InputError(f"{name} must be {' or '.join(map(repr, choices))}, not {getattr(self, name)!r}{did_you_mean(getattr(self, name), choices)}.")
+        if unknown := sorted(set(self.fixed) - set(PARAMETERS)):
+            raise InputError(f"fixed: {unknown[0]} is not among the test's parameters {', '.join(PARAMETERS)}{did_you_mean(unknown[0], PARAMETERS)}.")
         for name, value in self.fixed.items():
             if not isinstance(value, Real) or _outside(name, value, self.law):
                 raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}.")
@@ -150,7 +151,9 @@ class StressPathTest(Economy, ABC):
         """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
         given = [*samples.names, *self.fixed]
         if sorted(given) != sorted(PARAMETERS):
-            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}.")
+            unknown = next((name for name in given if name not in PARAMETERS), "")
+            meant = did_you_mean(unknown, set(PARAMETERS) - set(given))
+            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}{meant}.")
         columns = {name: samples.theta[:, k] for k, name in enumerate(samples.names)}
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
         return np.stack([columns[name] for name in PARAMETERS], axis=1)
