@@ -1,16 +1,20 @@
 """The built-in tests as models: what drives them, what they return, and that a campaign can store them."""
 
 import json
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
 import graincal as gc
-from graincal import InputError, demo
+from graincal import InputError, TriaxialTest, demo
 from graincal.campaign.calibration import Calibration
+from graincal.campaign.config import StressPathModel
 from graincal.campaign.description import describe, restore
+from graincal.cli.simulate import Simulation
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS
+from graincal.models.economy import Economy
 
 THETA = [7.8, 0.2, 30.0, 0.1, 0.3]
 PRESSURE = 1e5
@@ -155,3 +159,12 @@ def test_a_reference_on_another_control_is_refused(packing, table):
         experiment_of(gc.TableTest(packing, table=table), "stage", [1, 2]).check()
     with pytest.raises(InputError, match="confining_pressure must be a positive number, not None"):
         gc.OedometricTest(packing, None)
+
+
+def test_a_default_stands_in_one_place():
+    # What the command line and the calibration file leave out is what the test leaves out.
+    of_the_test = {field.name: field.default for field in fields(TriaxialTest)}
+    for options in (Simulation.__dataclass_fields__, StressPathModel.model_fields):
+        shared = options.keys() & of_the_test.keys() - {"packing", "confining_pressure", "fixed"}
+        assert shared >= {field.name for field in fields(Economy)}
+        assert {name: options[name].default for name in shared} == {name: of_the_test[name] for name in shared}

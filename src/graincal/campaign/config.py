@@ -17,6 +17,7 @@ from graincal.dem.stress_path_table import StressPathTable
 from graincal.files import unreadable
 from graincal.inference import METHODS, Stop
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
+from graincal.models.economy import Economy
 from graincal.suggestion import did_you_mean
 
 Positive = Annotated[float, Field(gt=0)]
@@ -63,18 +64,18 @@ class ReferenceFile(Section):
 class StressPathModel(Section):
     kind: str = Field(description=f"one of {', '.join(TESTS)}")
     confining_pressure: Positive = Field(description="a number above 0, in Pa")
-    density_scaling: Positive = Field(1e3, description="a number above 0")
+    density_scaling: Positive = Field(StressPathTest.density_scaling, description="a number above 0")
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
-    largest_flagged_share: float = Field(0.1, ge=0, le=1, description="a number from 0 to 1")
-    step_limit: int = Field(20_000_000, ge=1, description="a whole number above 0")
+    largest_flagged_share: float = Field(StressPathTest.largest_flagged_share, ge=0, le=1, description="a number from 0 to 1")
+    step_limit: int = Field(StressPathTest.step_limit, ge=1, description="a whole number above 0")
     inertial_number: Positive | None = Field(None, description="a number above 0")
-    time_step_bound: Literal["grain", "contact"] = Field("grain", description='"grain" or "contact"')
-    mass_exponent: float = Field(3, ge=0, le=3, description="a number from 0 to 3")
-    inertia_factor: Positive = Field(1, description="a number above 0")
-    settling_damping: float = Field(0.2, gt=0, lt=1, description="a number between 0 and 1")
-    strain_ramp: float = Field(0, ge=0, le=0.5, description="a number from 0 to 0.5")
-    law: Literal["linear", "hertz-mindlin"] = Field("linear", description='"linear" or "hertz-mindlin"')
-    precision: Literal["float64", "float32"] = Field("float64", description='"float64" or "float32"')
+    time_step_bound: Literal["grain", "contact"] = Field(Economy.time_step_bound, description='"grain" or "contact"')
+    mass_exponent: float = Field(Economy.mass_exponent, ge=0, le=3, description="a number from 0 to 3")
+    inertia_factor: Positive = Field(Economy.inertia_factor, description="a number above 0")
+    settling_damping: float = Field(Economy.settling_damping, gt=0, lt=1, description="a number between 0 and 1")
+    strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
+    law: Literal["linear", "hertz-mindlin"] = Field(StressPathTest.law, description='"linear" or "hertz-mindlin"')
+    precision: Literal["float64", "float32"] = Field(StressPathTest.precision, description='"float64" or "float32"')
     packing: str | None = Field(None, description="the name of a packing file")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from graincal.data import InputError
+from graincal.models import StressPathTest
+from graincal.models.economy import Economy
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graincal.data import Reference, Response
-    from graincal.models import StressPathTest
 
 simulate = typer.Typer(no_args_is_help=True, help="Simulate one test at given parameters.")
 
@@ -31,15 +32,15 @@ class Simulation:
 
     packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")]
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
-    law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = "linear"
-    precision: Annotated[str, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME")] = "float64"
-    density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = 1e3
+    law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = StressPathTest.law
+    precision: Annotated[str, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME")] = StressPathTest.precision
+    density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = StressPathTest.density_scaling
     inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, instead of the density scaling.")] = None
-    time_step_bound: Annotated[str, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME")] = "grain"
-    mass_exponent: Annotated[float, typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.")] = 3.0
-    inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = 1.0
-    settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = 0.2
-    strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = 0.0
+    time_step_bound: Annotated[str, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME")] = Economy.time_step_bound
+    mass_exponent: Annotated[float, typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.")] = Economy.mass_exponent
+    inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = Economy.inertia_factor
+    settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = Economy.settling_damping
+    strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = Economy.strain_ramp
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
