@@ -61,10 +61,9 @@ def columns(axial_strain: str, volumetric_strain: str, stress_ratio: str, **opti
 
 
 def with_gaps(lines: list[str]) -> list[str]:
-    """An empty cell in the 4th and the 5th state, words in the 21st."""
+    """An empty cell in the 4th, the 5th and the 21st state."""
     cells = [line.split(",") for line in lines]
-    cells[3][0] = cells[4][1] = ""
-    cells[20][2] = "n/a"
+    cells[3][0] = cells[4][1] = cells[20][2] = ""
     return [",".join(row) for row in cells]
 
 

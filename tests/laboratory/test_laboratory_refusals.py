@@ -71,8 +71,15 @@ REFUSALS = {
     "hardly a number": (changed(8, 2, "1e300"), {}, ["'stress_ratio [-]'", "line 8", "'1e300'"]),
     "open quotation mark": (changed(8, 2, '"2.5'), {}, ["line 8", "quotation mark"]),
     "two decimal marks": (changed(8, 2, '"2,5"'), {}, ["'stress_ratio [-]'", "line 8", "'2,5'", "decimal mark '.'"]),
+    "words in a cell": (changed(7, 1, "n/a"), {}, ["'volumetric_strain [%]'", "line 7", "'n/a'", "a number was expected", "an empty cell is a gap"]),
+    "a dash in a cell": (changed(7, 2, "-"), {}, ["'stress_ratio [-]'", "line 7", "'-'"]),
+    "words between white space": (
+        text("axial_strain[%] volumetric_strain[%] stress_ratio", *(line.replace(",", " ") for line in LINES[:9]), "8 failed", *(line.replace(",", " ") for line in LINES[9:])),
+        {},
+        ["line 11", "'failed'", "each of the 3 columns"],
+    ),
     "no numbers in a column": (
-        text(CANONICAL, *(line.rsplit(",", 1)[0] + ",x" for line in LINES)),
+        text(CANONICAL, *(line.rsplit(",", 1)[0] + "," for line in LINES)),
         {},
         ["'stress_ratio [-]'", "no numbers"],
     ),
@@ -128,9 +135,18 @@ REFUSALS = {
     "q/p beyond its limit": (
         text("axial_strain [%],volumetric_strain [%],deviator_to_mean_stress", *LINES), {}, ["'deviator_to_mean_stress'", "4.", "less than 3"],
     ),
-    "tension positive, not said": (NEGATIVE_STRAIN, {}, ["axial_strain goes down to -0.2", "negative"]),
+    "tension positive, not said": (NEGATIVE_STRAIN, {}, ["axial_strain goes down to -0.2", 'write compression = "negative"']),
     "tension positive, loops dropped": (
-        NEGATIVE_STRAIN, {"unloading": "drop"}, ["axial_strain goes down to -0.2", "negative"],
+        NEGATIVE_STRAIN, {"unloading": "drop"}, ["axial_strain goes down to -0.2", 'write compression = "negative"'],
+    ),
+    "tension positive, said although it is not": (GOOD, {"compression": "negative"}, ["axial_strain goes down to -0.2", 'leave axial_strain out of compression = "negative"']),
+    "rows in reverse": (text(CANONICAL, *reversed(LINES)), {}, ["axial_strain falls throughout, from 0.2 to 0", "reverse", "order of the test"]),
+    "rows in reverse, loops dropped": (text(CANONICAL, *reversed(LINES)), {"unloading": "drop"}, ["axial_strain falls throughout", "reverse"]),
+    "tension positive and rows in reverse": (
+        text(CANONICAL, *reversed(NEGATIVE_STRAIN.splitlines()[1:])), {}, ["comes back from -0.2 to", 'write compression = "negative" and reverse the rows'],
+    ),
+    "a free control in reverse": (
+        text("depth [m],stress_ratio", "3,1", "2,2", "1,3"), {"control": "depth", "observables": ["stress_ratio"]}, ["depth falls throughout, from 3 to 1"],
     ),
     "engineering strain beyond one": (
         changed(27, 0, "120"),

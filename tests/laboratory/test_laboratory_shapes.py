@@ -36,17 +36,17 @@ def test_notes_count_and_name_what_was_dropped(tmp_path: Path) -> None:
     assert notes_of("canonical", tmp_path) == ""
     # The header is line 1, so the state i stands on line i + 2.
     where = "in axial_strain, stress_ratio, volumetric_strain"
-    assert notes_of("gaps", tmp_path) == f"3 rows dropped for a cell without a number, {where}: lines 5-6, 22."
-    assert notes_of("a footer", tmp_path) == f"1 row dropped for a cell without a number, {where}: line 28."
+    assert notes_of("gaps", tmp_path) == f"3 rows dropped for an empty cell, {where}: lines 5-6, 22."
+    assert notes_of("a footer", tmp_path) == ""
     assert notes_of("an unload-reload loop", tmp_path) == "3 rows dropped where axial_strain turned back: lines 13-15."
     assert notes_of("a pause", tmp_path) == "2 rows dropped where axial_strain stood still: lines 11-12."
 
 
 def test_notes_name_conversions(tmp_path: Path) -> None:
     said = notes_of("engineering, tension positive, q", tmp_path)
-    assert "axial_strain was engineering strain and is made logarithmic." in said
-    assert "deviator_stress had compression negative and is turned." in said
-    assert "stress_ratio is made of deviator_stress, column 'deviator_stress [kPa]' at a confining pressure of 200000 Pa." in said
+    assert "axial_strain is given as engineering strain and was converted to logarithmic strain." in said
+    assert "deviator_stress is given with compression negative, and its sign was changed." in said
+    assert "stress_ratio was computed from deviator_stress, column 'deviator_stress [kPa]' at a confining pressure of 200000 Pa." in said
 
 
 def test_a_note_says_what_is_taken_as_logarithmic_and_what_engineering_would_change(tmp_path: Path) -> None:

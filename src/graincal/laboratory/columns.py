@@ -134,7 +134,7 @@ def _unit(table: Table, quantity: str, index: int, said: str | None) -> Unit | N
 def read_columns(table: Table, columns: Collection[Column]) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.bool_]]:
     """The printed numbers of each column, by quantity, and which rows hold all of them (T,); gaps are NaN.
 
-    Raises InputError for a cell that is meant as a number and is not a finite one, and for a column without numbers.
+    Raises InputError for a cell that is neither empty nor a finite number, and for a column without numbers.
     """
     values = {column.quantity: np.full(len(table.rows), np.nan) for column in columns}
     for column in columns:

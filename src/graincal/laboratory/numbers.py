@@ -24,11 +24,13 @@ def decimal_mark(cell: str) -> str | None:
 
 
 def read_number(cell: str, decimal: str) -> float:
-    """The number in a cell; NaN for a gap, that is an empty cell or words.
+    """The number in a cell; NaN for a gap, that is an empty cell.
 
-    Raises ValueError, saying what was found, for a cell that is meant as a number but has no certain value: the text nan or inf, a thousands
-    separator, the other decimal mark. Dropping its row like a gap would thin the reference where nobody looks.
+    Raises ValueError, saying what was found, for anything else: words, the text nan or inf, a thousands separator, the other decimal mark. Dropping
+    its row like a gap would thin the reference where nobody looks.
     """
+    if not cell:
+        return math.nan
     if _NOT_A_NUMBER.fullmatch(cell):
         raise ValueError(f"says '{cell}', and a reference takes finite numbers (an empty cell is a gap)")
     if _NUMBER.fullmatch(cell) and decimal_mark(cell) in (None, decimal):
@@ -38,4 +40,4 @@ def read_number(cell: str, decimal: str) -> float:
         return value
     if _DIGITS_AND_MARKS.fullmatch(cell):
         raise ValueError(f"says '{cell}', and numbers here have the decimal mark '{decimal}' and no thousands separator")
-    return math.nan
+    raise ValueError(f"says '{cell}', and a number was expected (an empty cell is a gap)")

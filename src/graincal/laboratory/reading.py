@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from graincal.data import InputError, Reference
 from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
 from graincal.laboratory.columns import Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
-from graincal.laboratory.quantities import STRESS_MEASURES
+from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_MEASURES
 from graincal.laboratory.table import Table, read_table
 
 LARGEST_STRESS_RATIO = 100.0
@@ -55,7 +55,7 @@ def read_reference(
     measurement_errors
         Observable -> standard deviation, in the reference's own units: fractions, σ1/σ3, Pa.
 
-    Rows with an empty or non-numeric cell in a column that is read are dropped, and so are rows where the control stands still (the first of them
+    Rows with an empty cell in a column that is read are dropped, and so are rows where the control stands still (the first of them
     is kept); the reference's `notes` say how many and which, and what was converted. Raises InputError for everything else.
     """
     table = read_table(path)
@@ -80,6 +80,7 @@ def read_reference(
         name: plain[name] if column.quantity == name else _stress_ratio(table, column, plain[column.quantity], control, confining_pressure)
         for name, column in sources.items()
     }
+    _refuse_wrong_way(table, sources[control], values[control], conventions)
     backbone, dropped = _backbone(table, control, values[control], lines, unloading)
     return Reference(
         values[control][backbone],
@@ -149,6 +150,27 @@ def _stress_ratio(
     return ratio
 
 
+def _refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64], conventions: Conventions) -> None:
+    """Refuse a control of the wrong sign, and rows in reverse: neither is unloading."""
+    name, end = column.quantity, float(control[-1])
+    falls = len(control) > 1 and np.all(np.diff(control) <= 0) and end < control[0]
+    rises = len(control) > 1 and np.all(np.diff(control) >= 0) and end > control[0]
+    negative = -np.min(control) > np.max(control)
+    if conventions.is_reversed(name):
+        sign = f'leave {name} out of compression = "negative", which is said of it,'
+    else:
+        sign = 'write compression = "negative"' if name in SIGNED else f'write compression = {{ {name} = "negative" }}'
+    if negative and rises and control[0] == np.min(control) and end <= 0 and name in STRAINS:
+        raise InputError(f"{table.path}: {name} comes back from {control[0]:g} to {end:g}, and was expected to grow from the beginning of the test: {sign} and reverse the rows.")
+    if negative and not rises:
+        raise InputError(f"{table.path}: {name} goes down to {np.min(control):g}, and was expected to increase: if its sign is the other way round in this file, {sign}.")
+    if falls:
+        raise InputError(
+            f"{table.path}: {name} falls throughout, from {control[0]:g} to {end:g}, and was expected to increase:"
+            " the rows seem to stand in reverse, so put them in the order of the test."
+        )
+
+
 def _backbone(
     table: Table, name: str, control: NDArray[np.float64], lines: list[int], unloading: str | None
 ) -> tuple[NDArray[np.bool_], list[str]]:
@@ -156,11 +178,6 @@ def _backbone(
     if unloading not in (None, "drop"):
         raise InputError(f"{table.path}: unloading must be \"drop\" or left out, not {unloading!r}.")
     back, still = turned_back(control), repeated(control)
-    if np.any(back) and -np.min(control) > np.max(control):
-        raise InputError(
-            f"{table.path}: {name} goes down to {np.min(control):g}, and was expected to increase,"
-            ' if compression is negative in this file write compression = "negative".'
-        )
     if np.any(back) and unloading is None:
         raise InputError(
             f"{table.path}: {name} turns back at {say_lines(spans(back, lines))}, where it was expected to increase:"
@@ -178,19 +195,19 @@ def _gaps(table: Table, printed: Mapping[str, NDArray[np.float64]], complete: ND
     if np.all(complete):
         return []
     where = [quantity for quantity, numbers in printed.items() if np.any(np.isnan(numbers))]
-    return [f"{_rows(~complete)} dropped for a cell without a number, in {', '.join(where)}: {say_lines(spans(~complete, table.lines))}."]
+    return [f"{_rows(~complete)} dropped for an empty cell, in {', '.join(where)}: {say_lines(spans(~complete, table.lines))}."]
 
 
 def _conversions(sources: Mapping[str, Column], conventions: Conventions, confining_pressure: float | None) -> list[str]:
     notes = []
     for name, column in sources.items():
         if conventions.is_engineering(column.quantity):
-            notes.append(f"{name} was engineering strain and is made logarithmic.")
+            notes.append(f"{column.quantity} is given as engineering strain and was converted to logarithmic strain.")
         if conventions.is_reversed(column.quantity):
-            notes.append(f"{column.quantity} had compression negative and is turned.")
+            notes.append(f"{column.quantity} is given with compression negative, and its sign was changed.")
         if column.quantity != name:
             at = f" at a confining pressure of {confining_pressure:g} Pa" if STRESS_MEASURES[column.quantity].needs_confining_pressure else ""
-            notes.append(f"{name} is made of {column.quantity}, column '{column.header}'{at}.")
+            notes.append(f"{name} was computed from {column.quantity}, column '{column.header}'{at}.")
     return notes
 
 

@@ -77,7 +77,8 @@ class Table:
 def read_table(path: str | PathLike[str]) -> Table:
     """Read a file of delimited text: comma, semicolon, tab or white space; decimal point or comma; UTF-8, UTF-16 or Windows-1252.
 
-    Lines that begin with # are comments; the names may stand in the last comment before the numbers. Lines above the header are remarks.
+    Lines that begin with # are comments; the names may stand in the last comment before the numbers. Lines above the header are remarks, and so are
+    lines without a number below the last row of numbers.
     Raises InputError for a file that is missing, empty, not text, or without a header and rows of numbers.
     """
     name = str(path)
@@ -95,7 +96,9 @@ def read_table(path: str | PathLike[str]) -> Table:
         header, header_line = rows[at].cells, rows[at].line
     else:
         header, header_line = _header_in_comment(comments, lines, delimiter, rows[first], name)
-    body = [row for row in rows if row.line > header_line]
+    # As lines above the header, lines without any number below the last row of numbers are remarks.
+    last = max(row.line for row in rows if any(map(is_number, row.cells)))
+    body = [row for row in rows if header_line < row.line <= last]
     units: tuple[str, ...] = ()
     if body[0].holds_units and not body[0].holds_numbers:
         units, body = tuple(cell.strip("[]()") for cell in body[0].cells), body[1:]
@@ -104,11 +107,10 @@ def read_table(path: str | PathLike[str]) -> Table:
     header = tuple(" ".join(cell.split()) for cell in header)
     _refuse_broken_rows(body, header, name)
     if delimiter == SPACE:
-        # Which of its cells such a row lacks cannot be told, so it lacks all.
-        body = [row if len(row.cells) == len(header) else Row(row.line, ()) for row in body]
+        body = [row if len(row.cells) == len(header) else _without_cells(row, header, name) for row in body]
 
     marks = Counter(decimal_mark(cell) for row in body[:SNIFFED_LINES] for cell in row.cells)
-    remarks = [row for row in comments if row.line != header_line] + [row for row in rows if row.line < header_line]
+    remarks = [row for row in comments if row.line != header_line] + [row for row in rows if row.line < header_line or row.line > last]
     return Table(
         path=name,
         encoding=encoding,
@@ -203,6 +205,13 @@ def _header_in_comment(comments: list[Row], lines: list[str], delimiter: str, fi
         if row is not None and len(row.cells) == len(first.cells) and row.holds_names:
             return row.cells, comment.line
     raise InputError(f"{name}: line {first.line} is numbers already, and a header line that names the columns was expected above it.")
+
+
+def _without_cells(row: Row, header: tuple[str, ...], name: str) -> Row:
+    """A row of numbers between white space that is too short: which of its cells it lacks cannot be told, so it lacks all. Refuse one with words."""
+    if word := next((cell for cell in row.cells if not is_number(cell)), None):
+        raise InputError(f"{name}: line {row.line} says '{word}', and a number for each of the {len(header)} columns was expected (a line of fewer numbers is a gap).")
+    return Row(row.line, ())
 
 
 def _refuse_broken_rows(rows: list[Row], header: tuple[str, ...], name: str) -> None:
