@@ -160,10 +160,10 @@ def test_check_and_calibrate_note_what_is_seldom_meant(call, tmp_path):
     (tmp_path / "reference.csv").write_text("\n".join(map(",".join, turned)))
     for called in (call("check", file), call("calibrate", file, "-o", tmp_path / "two", "--workers", "1")):
         assert called.code == 0
-        assert 'Note: Experiment "drained": the first states dilate, and a drained sample normally contracts first' in " ".join(called.out.split())
-    assert "the first states dilate" in (tmp_path / "two" / "log.txt").read_text()
+        assert 'Note: Experiment "drained": the volumetric strain says that the sample dilates first' in " ".join(called.out.split())
+    assert "the sample dilates first" in (tmp_path / "two" / "log.txt").read_text()
     file.write_text(file.read_text().replace('"reference.csv"', '{ file = "reference.csv", compression = { volumetric_strain = "negative" } }'))
-    assert "dilate" not in call("check", file).out
+    assert "dilates" not in call("check", file).out
 
 
 def test_init_proposes_a_file_and_overwrites_nothing(call, tmp_path):

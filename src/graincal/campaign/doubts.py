@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from graincal.campaign.calibration import Calibration
 from graincal.data import Reference
 from graincal.execution import available_cores
@@ -11,8 +13,8 @@ from graincal.laboratory.backbone import first_movement
 def doubts(calibration: Calibration) -> list[str]:
     """Each as a sentence for whoever asked for the calibration."""
     said = [
-        f'Experiment "{experiment.name}": the first states dilate, and a drained sample normally contracts first; if the file counts contraction as '
-        'negative, its reference needs compression = { volumetric_strain = "negative" }.'
+        f'Experiment "{experiment.name}": the volumetric strain says that the sample dilates first, and a drained sample normally contracts first; if the '
+        'file counts contraction as negative, its reference needs compression = { volumetric_strain = "negative" }.'
         for experiment in calibration.experiments
         if _dilates_first(experiment.reference)
     ]
@@ -22,5 +24,11 @@ def doubts(calibration: Calibration) -> list[str]:
 
 
 def _dilates_first(reference: Reference) -> bool:
+    """Whether the volumetric strain looks turned. A very dense sample may dilate from its first state on: then its stress ratio has a peak."""
     volumetric_strain = reference.observables.get("volumetric_strain")
-    return reference.control_name == "axial_strain" and volumetric_strain is not None and first_movement(volumetric_strain) < 0
+    if reference.control_name != "axial_strain" or volumetric_strain is None or first_movement(volumetric_strain) >= 0:
+        return False
+    turns = volumetric_strain[-1] - volumetric_strain.min() > 0.1 * np.ptp(volumetric_strain)
+    stress_ratio = reference.observables.get("stress_ratio")
+    has_peak = stress_ratio is not None and stress_ratio.max() - stress_ratio[-1] > 0.05 * np.ptp(stress_ratio)
+    return bool(turns or not has_peak)

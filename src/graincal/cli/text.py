@@ -26,9 +26,9 @@ def resample(control: Sequence[float], values: Sequence[float], width: int = 40)
 
 
 def duration(seconds: float) -> str:
-    """A time span to read."""
+    """A time span to read, in sentences with "about" too."""
     if seconds < 1:
-        return "less than 1 s"
+        return f"{max(seconds, 0.01):.1g} s"
     if seconds < 60:
         return f"{seconds:.0f} s"
     if seconds < 5400:
