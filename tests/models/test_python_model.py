@@ -2,6 +2,9 @@
 
 import os
 import re
+import signal
+import subprocess
+import sys
 import textwrap
 import threading
 import time
@@ -199,3 +202,51 @@ def test_a_file_of_the_folder_comes_before_a_module_of_its_name(tmp_path, monkey
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "calendar.py").write_text(f"def f(theta): return {value}")
     assert [find_function("calendar:f", tmp_path / folder)(None) for folder in ("one", "two")] == [1, 2]
+
+
+def test_an_import_that_ends_its_process_is_told_from_a_script_without_a_guard(module, tmp_path):
+    name = module(
+        """
+        import multiprocessing, os
+        if multiprocessing.parent_process() is not None:
+            os._exit(3)
+        def f(theta):
+            return {"y": [0, 0, 0]}
+        """
+    )
+    with pytest.raises(InputError, match="a worker process ended abruptly while it was made ready.*importing the model's module"):
+        outcomes(PythonModel(f"{name}:f", folder=tmp_path), 1.0)
+    script = tmp_path / "unguarded.py"
+    script.write_text(textwrap.dedent(f"""
+        import numpy as np
+        from pathlib import Path
+        from graincal import PythonModel, Samples
+        model = PythonModel("math:sin", folder=Path({str(tmp_path)!r}))
+        list(model.evaluate(Samples(np.arange(1), np.zeros((1, 1)), ("a",)), at=np.arange(3.0), workers=1))
+    """))
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 1 and 'not guarded by: if __name__ == "__main__"' in ended.stderr
+
+
+def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_started(tmp_path):
+    # A worker imports the script of its owner before anything else, and this script takes a minute for it.
+    script = tmp_path / "slow.py"
+    script.write_text(textwrap.dedent("""
+        import os, signal, sys, threading, time
+        if __name__ == "__mp_main__":
+            time.sleep(60)
+        if __name__ == "__main__":
+            import numpy as np
+            from graincal import PythonModel, Samples
+            # As a terminal does: to the whole group.
+            threading.Timer(1.5, lambda: os.killpg(0, signal.SIGINT)).start()
+            print("ready", flush=True)
+            list(PythonModel("math:sin").evaluate(Samples(np.arange(2), np.zeros((2, 1)), ("a",)), at=np.arange(3.0), workers=2))
+    """))
+    process = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    assert process.stdout.readline() == "ready\n"
+    start = time.monotonic()
+    _, err = process.communicate(timeout=50)
+    # The interrupt comes after 1.5 s; the rest is for a machine that is busy.
+    assert time.monotonic() - start < 20
+    assert process.returncode == -signal.SIGINT and err.count("KeyboardInterrupt") == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 import threading
@@ -11,10 +10,12 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from math import inf
 from multiprocessing.connection import Connection
-from typing import TypeVar
+from multiprocessing.context import SpawnContext
+from multiprocessing.process import BaseProcess
+from typing import Any, TypeVar
 
 from graincal.data import Failure, InputError
 
@@ -148,13 +149,20 @@ class _Process:
     """A process that lives as long as its owner holds the other end of a pipe: it ends with it, even if that is killed."""
 
     def __init__(self, prepare: Callable[[], object] | None) -> None:
-        # A fresh process, not a fork: that would copy locks that other threads hold.
-        context = multiprocessing.get_context("spawn")
-        reader, self._lifeline = context.Pipe(duplex=False)
-        self.executor = ProcessPoolExecutor(1, mp_context=context, initializer=_live_while_open, initargs=(reader,))
+        self._context = _OneProcess()
+        reader, self._lifeline = self._context.Pipe(duplex=False)
+        self.executor = ProcessPoolExecutor(1, mp_context=self._context, initializer=_live_while_open, initargs=(reader,))
         self.ready_at = inf
-        self.started = self.executor.submit(_start, prepare)
-        self.started.add_done_callback(self._is_ready)
+        try:
+            with _sigint_blocked():
+                # Before anything of the user's: whether a process can run at all.
+                self._alive = self.executor.submit(os.getpid)
+            self.started = self.executor.submit(_make_ready, prepare)
+            self.started.add_done_callback(self._is_ready)
+        except BaseException:
+            # Ctrl-C, in between: nobody else knows of this process yet.
+            self.end(abruptly=True)
+            raise
 
     def _is_ready(self, _: Future) -> None:
         self.ready_at = time.monotonic()
@@ -164,6 +172,11 @@ class _Process:
         try:
             self.started.result()
         except BrokenProcessPool:
+            if self._alive.exception() is None:
+                raise InputError(
+                    "a worker process ended abruptly while it was made ready, before its first evaluation: importing the model's module ends "
+                    "the process that it is imported in, by a crash in compiled code, an exit or too little memory."
+                ) from None
             raise InputError(
                 'worker processes could not be started, as happens when a script that uses them is not guarded by: if __name__ == "__main__".'
             ) from None
@@ -172,24 +185,53 @@ class _Process:
         """Let the process end; abruptly, kill it with all that it started."""
         if abruptly:
             self._lifeline.close()
-            # Compiled code that never comes back to Python does not see the pipe close.
-            if self.started.done() and self.started.exception() is None:
-                with suppress(ProcessLookupError):
-                    os.killpg(self.started.result(), signal.SIGKILL)
+            # Compiled code that never comes back to Python does not see the pipe close, nor does a process that has not begun to look.
+            self._context.kill()
         self.executor.shutdown(cancel_futures=True)
 
 
-def _start(prepare: Callable[[], object] | None) -> int:
+def _make_ready(prepare: Callable[[], object] | None) -> None:
     if prepare is not None:
         prepare()
-    return os.getpid()
+
+
+class _OneProcess(SpawnContext):
+    """A context that knows the one process that was begun in it: a fresh one, not a fork, which would copy locks that other threads hold."""
+
+    process: BaseProcess | None = None
+
+    def Process(self, *arguments: Any, **options: Any) -> BaseProcess:
+        """Where an executor begins its process."""
+        self.process = super().Process(*arguments, **options)
+        return self.process
+
+    def kill(self) -> None:
+        """Kill the process with all that it started, however far it has come."""
+        if self.process is None or not self.process.is_alive():
+            return
+        with suppress(ProcessLookupError):
+            pid = self.process.pid
+            # Until it leads a group of its own it is in that of its owner.
+            end = os.killpg if os.getpgid(pid) == pid else os.kill
+            end(pid, signal.SIGKILL)
+
+
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """A process that is begun meanwhile does not hear Ctrl-C until it asks to: what it means is the owner's affair."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _live_while_open(lifeline: Connection) -> None:
-    # Ctrl-C reaches every process of a terminal; what it means is the owner's affair.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # A group of its own, so that what an evaluation starts ends with it.
     os.setpgrp()
+    # Ctrl-C, which was blocked until now, reaches every process of a terminal's group.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
     def watch() -> None:
         try:
