@@ -16,7 +16,7 @@ import pytest
 import graincal as gc
 from graincal import demo
 from graincal.campaign.status import status
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.store import Store, holds_campaign
 from graincal.cli import app, main
 from graincal.models import TESTS
 
@@ -106,6 +106,24 @@ def test_resume_goes_on_by_another_limit_and_says_what_was_edited(campaign, call
     expected, found = gc.Result.read(tmp_path / "whole"), gc.Result.read(folder)
     np.testing.assert_array_equal(found.samples, expected.samples)
     np.testing.assert_array_equal(found.iterations[3].weights, expected.iterations[3].weights)
+
+
+@pytest.mark.parametrize("instant", ["before", "after"])
+def test_a_kill_while_other_limits_are_stored_blames_nobody(campaign, call, tmp_path, monkeypatch, instant):
+    folder = shutil.copytree(campaign, tmp_path / "campaign")
+    go_on = Store.go_on
+
+    def killed(store, stop, remark):
+        if instant == "after":
+            go_on(store, stop, remark)
+        raise SystemExit(137)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Store, "go_on", killed)
+        assert call("resume", folder, "--max-iterations", "3").code == 137
+    again = call("resume", folder, "--max-iterations", "3")
+    assert again.code == 0 and "was changed" not in again.out and "limit of 3 iterations" in again.out
+    assert (folder / "campaign.toml").read_text().startswith("# Continued with max_iterations = 3, instead of what stands below.\n")
 
 
 def test_status_is_a_contract(campaign, call):

@@ -116,11 +116,12 @@ def resume(
         if changes:
             refuse_another_past(store, calibration)
             said = ", ".join(f"{name} = {json.dumps(value)}" for name, value in changes.items())
+            if not edited:
+                # First: a copy that is missing is written again, and one that is older than the store would be taken for edited.
+                _discard_source(folder / CALIBRATION_FILE)
             store.go_on(calibration.stop, f"Continued with {said}, instead of what stands below.")
             calibration = replace(calibration, source=store.meta("source"))
             log.write(f"Goes on with {said}.")
-            if not edited:
-                _discard_source(folder / CALIBRATION_FILE)
         return _run(calibration, store, log, listeners)
 
 
