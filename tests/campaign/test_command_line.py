@@ -15,6 +15,7 @@ import pytest
 
 import graincal as gc
 from graincal import demo
+from graincal.campaign.config import read_calibration
 from graincal.campaign.status import status
 from graincal.campaign.store import Store, holds_campaign
 from graincal.cli import app, main
@@ -191,6 +192,25 @@ def test_init_proposes_a_file_and_overwrites_nothing(call, tmp_path):
     assert called.code == 0 and "axial_strain: column 'axial_strain'" in called.out and "CHECK" in proposed.read_text()
     again = call("init", tmp_path / "reference.csv", "-o", proposed)
     assert again.code == 1 and again.err == f"{proposed}: this file is there already and is not overwritten; name another by -o.\n"
+
+
+def test_init_takes_a_packing_that_is_there(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_calibration(tmp_path)
+    (tmp_path / "grains").mkdir()
+    shutil.copy(PACKING, tmp_path / "grains" / "packing.csv")
+    given = ["init", "reference.csv", "--packing", "grains/packing.csv", "-o", "grains/calibration.toml"]
+    both = call(*given, "--void-ratio", "0.7")
+    assert both.code == 1 and both.err == "--packing has a void ratio of its own, so --void-ratio cannot stand beside it.\n"
+    missing = call(*given[:3], "grains/none.csv")
+    assert missing.code == 1 and missing.err == "grains/none.csv: there is no such file, and a packing file was expected here.\n"
+    called = call(*given, "--confining-pressure", "5e5", "--strain", "logarithmic")
+    assert called.code == 0 and "grains/packing.csv: 500 particles at a void ratio of 0.68" in called.out
+    # What it wrote is what calibrate takes, wherever it stands.
+    (experiment,) = read_calibration(Path("grains/calibration.toml")).experiments
+    assert experiment.model.packing.count == 500 and experiment.model.confining_pressure == 5e5
+    assert call("init", "reference.csv", "--void-ratio", "0.71", "-o", "other.toml").code == 0
+    assert "void_ratio = 0.71" in Path("other.toml").read_text() and "void ratio before shearing: as you gave it" in Path("other.toml").read_text()
 
 
 def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):

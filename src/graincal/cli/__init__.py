@@ -23,7 +23,7 @@ from graincal.data import InputError
 
 app = typer.Typer(name="graincal", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command(epilog="Example:  graincal demo -o graincal-demo")(demo)
-app.command(epilog="Example:  graincal init test.csv --strain engineering --confining-pressure 5e5")(init)
+app.command(epilog="Example:  graincal init lab.csv --strain engineering --confining-pressure 5e5 --packing packing.csv")(init)
 app.command(epilog="Example:  graincal check calibration.toml --plot references.png")(check)
 app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(calibrate)
 app.command(epilog="Example:  graincal resume campaign --max-iterations 40")(resume)

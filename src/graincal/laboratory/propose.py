@@ -82,12 +82,14 @@ def propose(
     *,
     strain: str | None = None,
     confining_pressure: float | None = None,
+    packing: str | os.PathLike[str] | None = None,
+    void_ratio: float | None = None,
     folder: str | os.PathLike[str] | None = None,
     space: ParameterSpace | None = None,
 ) -> str:
     """The text of a complete calibration.toml, to be checked and edited.
 
-    `strain` and `confining_pressure` (Pa) are what the user knows beyond the file; `folder` is where the calibration file will stand (default:
+    `strain`, `confining_pressure` (Pa), `packing` (a packing file) and `void_ratio` are what the user knows beyond the file; `folder` is where the calibration file will stand (default:
     beside the laboratory file); `space` the parameters (default: those of Hartmann, Cheng, Thornton, 2022).
     Lines that rest on a guess say CHECK. Raises InputError where the axial strain is not recognised among the headers, or no observable is.
     """
@@ -96,7 +98,7 @@ def propose(
     blocks = [
         _introduction(file),
         _parameters(space or ParameterSpace.paper()),
-        _experiment(file, observables, confining_pressure or file.confining_pressure, known=confining_pressure is not None),
+        "\n".join([*_experiment(file, observables), *_model(file, confining_pressure, _grains(file, void_ratio) if packing is None else _packing(packing, folder))]),
         _reference(file, strain, folder),
         '[filter]\nmethod = "iterative-bayesian"\n\n[stop]\nmax_iterations = 20\n\n[run]\nworkers = "all"\nseed    = 1',
     ]
@@ -133,27 +135,48 @@ def _parameters(space: ParameterSpace) -> str:
     return "\n".join(lines)
 
 
-def _experiment(file: LaboratoryFile, observables: list[str], confining_pressure: float | None, *, known: bool) -> str:
+def _experiment(file: LaboratoryFile, observables: list[str]) -> list[str]:
     shares = ", ".join(f"{name} = {{ variance_share = {1 / len(observables):g} }}" for name in observables)
-    said = "as you gave it" if known else "as the file says"
-    pressure = said if confining_pressure else "CHECK, not found in the file, this is only a usual value"
-    void_ratio = "as the file says" if file.void_ratio else "CHECK, that of Toyoura sand in the published tests"
-    return "\n".join([
+    return [
         "[[experiment]]",
         f"name        = {_quote(Path(file.path).stem)}",
         'control     = "axial_strain"',
         f"observables = {{ {shares} }}   # the smaller a share, the more that observable is trusted",
+    ]
+
+
+def _model(file: LaboratoryFile, confining_pressure: float | None, grains: tuple[list[str], str]) -> list[str]:
+    """The lines of the model: `grains` are remarks and keys of its packing."""
+    if confining_pressure:
+        pressure = "as you gave it"
+    else:
+        pressure = "as the file says" if file.confining_pressure else "CHECK, not found in the file, this is only a usual value"
+    remarks, keys = grains
+    return [
         f"# The confining pressure in Pa: {pressure}.",
-        f"# The void ratio before shearing: {void_ratio}. The grading: CHECK, that of Toyoura sand unless you give another.",
-        "# More particles are closer to the sand and cost in proportion.",
-        f'model       = {{ kind = "triaxial", particles = 1000, void_ratio = {file.void_ratio or 0.68:g}, grading = "toyoura", seed = 1,'
-        f" confining_pressure = {confining_pressure or 1e5:.6g}, density_scaling = 1e3 }}",
-    ])
+        *(f"# {remark}" for remark in remarks),
+        f'model       = {{ kind = "triaxial", {keys}, confining_pressure = {confining_pressure or file.confining_pressure or 1e5:.6g}, density_scaling = 1e3 }}',
+    ]
+
+
+def _grains(file: LaboratoryFile, void_ratio: float | None) -> tuple[list[str], str]:
+    """A packing to prepare."""
+    said = "as you gave it" if void_ratio else "as the file says" if file.void_ratio else "CHECK, that of Toyoura sand in the published tests"
+    remarks = [
+        f"The void ratio before shearing: {said}. The grading: CHECK, that of Toyoura sand unless you give another.",
+        "More particles are closer to the sand and cost in proportion.",
+    ]
+    return remarks, f'particles = 1000, void_ratio = {void_ratio or file.void_ratio or 0.68:g}, grading = "toyoura", seed = 1'
+
+
+def _packing(packing: str | os.PathLike[str], folder: str | os.PathLike[str] | None) -> tuple[list[str], str]:
+    """A packing that is there."""
+    return ["The packing: as you gave it."], f"packing = {_quote(str(packing) if folder is None else _relative(packing, folder))}"
 
 
 def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLike[str] | None) -> str:
     path = Path(file.path)
-    name = path.name if folder is None else Path(os.path.relpath(path.absolute(), Path(folder).absolute())).as_posix()
+    name = path.name if folder is None else _relative(path, folder)
     found = file.reference
     guessed = [quantity for quantity, column in found.items() if column.unit_is_guessed]
     lines = ["[experiment.reference]", f"file        = {_quote(name)}"]
@@ -172,6 +195,10 @@ def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLi
         lines.append(f"# The axial strain turns back at {say_lines(file.loops)}: the backbone is kept.")
         lines.append('unloading   = "drop"')
     return "\n".join(lines)
+
+
+def _relative(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> str:
+    return Path(os.path.relpath(Path(path).absolute(), Path(folder).absolute())).as_posix()
 
 
 def _inline(table: Mapping[str, str]) -> str:
