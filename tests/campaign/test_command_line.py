@@ -306,6 +306,31 @@ def test_another_path_is_calibrated_resumed_and_reported(call, tmp_path):
     assert "graincal simulate oedometric" in report and report.count("--axial-stress ") == 2
 
 
+def test_values_that_another_unit_was_probably_meant_for_are_noted(call, tmp_path):
+    given = ["simulate", "oedometric", "--axial-stress", "2e3", *SOFT]
+    low = call(*given, "--confining-pressure", "200")
+    assert low.code == 0 and "Note: confining_pressure is 200 Pa, and tests are made at 1000 to 1e+08 Pa; if 200 kPa is meant, write 200000.\n" in low.err
+    assert "Note:" not in call(*given, "--confining-pressure", "1.5e3").err and "Note:" not in call(*given, "--confining-pressure", "200", "-q").err
+    assert "axial_stress is 500 Pa" in call(*given, "--axial-stress", "500", "--confining-pressure", "1e3").err
+    assert "if 0.2 MPa is meant, write 200000" in call(*given, "--confining-pressure", "0.2").err
+    modulus = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "2e5", *PARAMETERS.replace("log_E=9", "log_E=5e8").split()]
+    wrong = call(*modulus)
+    assert wrong.code == 1 and wrong.err.endswith("log_E = 5e+08 has no meaning, it must be a number at least 0 and below 20; for a modulus of 5e+08 Pa write 8.699.\n")
+
+    call("simulate", "triaxial", "--confining-pressure", "2e3", "--axial-strain", "0.002", "--increment", "0.001", *SOFT, "-o", tmp_path / "reference.csv", "-q")
+    file = tmp_path / "soft.toml"
+    file.write_text(
+        "[parameters]\nlog_E = { range = [5, 7] }\n"
+        '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\nobservables = { stress_ratio = {} }\n'
+        f'model = {{ kind = "triaxial", packing = "{PACKING}", confining_pressure = 200, fixed = {{ phi = 30, nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}\n'
+        "[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
+    )
+    for called in (call("check", file), call("calibrate", file, "-o", tmp_path / "campaign")):
+        said = " ".join(called.out.split())
+        assert 'Note: Experiment "tiny": confining_pressure is 200 Pa' in said
+        assert "Note: parameters.log_E = 5 to 7 is a modulus of 1e+05 to 1e+07 Pa, and 1e+06 to 1e+12 Pa is usual (6 to 12)." in said
+
+
 PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
 """Of grains so stiff that a test would take its time: what is refused is refused before anything is computed."""
 

@@ -201,7 +201,7 @@ def assert_failed(outcome, kind, reason):
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("log_E", np.nan, "log_E = nan has no meaning, it must be a number below 300"),
+        ("log_E", np.nan, "log_E = nan has no meaning, it must be a number at least 0 and below 20"),
         ("nu", -1.0, "nu = -1 has no meaning, it must be a number at least 0"),
         ("phi", 90.0, "phi = 90 has no meaning, it must be a number at least 0 and below 90"),
         ("beta_m", -0.1, "beta_m"),

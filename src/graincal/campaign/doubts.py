@@ -8,6 +8,9 @@ from graincal.campaign.calibration import Calibration
 from graincal.data import Reference
 from graincal.execution import available_cores
 from graincal.laboratory.backbone import first_movement
+from graincal.models import StressPathTest
+from graincal.models.plausibility import unusual_log_modulus
+from graincal.models.stress_path import unusual
 
 
 def doubts(calibration: Calibration) -> list[str]:
@@ -18,6 +21,12 @@ def doubts(calibration: Calibration) -> list[str]:
         for experiment in calibration.experiments
         if _dilates_first(experiment.reference)
     ]
+    tests = [(experiment.name, experiment.model) for experiment in calibration.experiments if isinstance(experiment.model, StressPathTest)]
+    for name, test in tests:
+        said += [f'Experiment "{name}": {doubt}' for doubt in unusual(test)]
+    if tests and "log_E" in (space := calibration.space).names:
+        column = space.names.index("log_E")
+        said += filter(None, [unusual_log_modulus("parameters.log_E", space.low[column], space.high[column])])
     if calibration.number_of_workers > (cores := available_cores()):
         said.append(f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it.")
     return said

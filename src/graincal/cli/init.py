@@ -33,7 +33,12 @@ def init(
     """
     from graincal import Packing
     from graincal.laboratory import describe, look, propose
+    from graincal.models.plausibility import impossible_pressure, unusual_pressure
 
+    if confining_pressure is not None and (doubt := impossible_pressure("--confining-pressure", confining_pressure)):
+        raise InputError(doubt)
+    if confining_pressure is not None and (doubt := unusual_pressure("--confining-pressure", confining_pressure)):
+        typer.echo(f"Note: {doubt}")
     if packing and void_ratio is not None:
         raise InputError("--packing has a void ratio of its own, so --void-ratio cannot stand beside it.")
     found = look(file)

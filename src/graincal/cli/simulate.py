@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -61,6 +61,8 @@ class Simulation:
         # A state that is not at rest is a warning here, for a person looks at the curve.
         shared = {field.name: getattr(self, field.name) for field in fields(self) if field.name in _OF_THE_TEST}
         test = TESTS[kind](Packing.read(self.packing), largest_flagged_share=1.0, **shared, **options)
+        for doubt in [] if self.quiet else _doubts(test, theta, at):
+            typer.echo(f"Note: {doubt}", err=True)
         samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))
         ((_, outcome),) = test.evaluate(samples, at=at, workers=1)
         if isinstance(outcome, Failure):
@@ -197,6 +199,17 @@ def _parse(parameters: list[str]) -> dict[str, float]:
             raise InputError(f"-p {text}: {name} is given twice.")
         theta[name] = number
     return theta
+
+
+def _doubts(test: StressPathTest, theta: Mapping[str, float], at: Sequence[float]) -> list[str]:
+    """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
+    from graincal.models.plausibility import unusual_log_modulus, unusual_pressure
+    from graincal.models.stress_path import unusual
+
+    said = [unusual_log_modulus("log_E", theta["log_E"])] if "log_E" in theta else []
+    if test.control.endswith("stress"):
+        said += [unusual_pressure(test.control, value) for value in sorted({min(at), max(at)}) if value > 0]
+    return unusual(test) + [doubt for doubt in said if doubt]
 
 
 def _strains(last: float, increment: float) -> NDArray:

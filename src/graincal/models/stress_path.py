@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from types import MappingProxyType
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.execution import available_cores
 from graincal.models.economy import DENSITY, Economy, density_scaling_of
+from graincal.models.plausibility import POSSIBLE_LOG_MODULI, impossible_pressure, modulus_itself, unusual_log_modulus, unusual_pressure
 from graincal.suggestion import did_you_mean
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
@@ -42,11 +43,9 @@ RETURNED = (
 )  # fmt: skip
 """The columns of a response: strains logarithmic and stresses in Pa, compression positive; Z, a_c, a_n, a_t by Eq. 8-11 of the paper."""
 
-_LINEAR_BOUNDS = {"log_E": (-np.inf, 300.0), "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
+_LINEAR_BOUNDS = {"log_E": POSSIBLE_LOG_MODULI, "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
 _BOUNDS = {"linear": _LINEAR_BOUNDS, "hertz-mindlin": _LINEAR_BOUNDS | {"nu": (0.0, 0.5)}}
 """Where each contact law means something; each parameter below its upper bound."""
-_LARGEST_LOG_MODULUS = 20.0
-"""No solid comes near 10^12 Pa: a range that goes on beyond this is one of the modulus itself, or of its log10 in another unit."""
 
 _NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "flagged": 0, "consolidation_flagged": 0}
 
@@ -108,6 +107,8 @@ class StressPathTest(Economy, ABC):
                 continue
             if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
+        if self.confining_pressure is not None and (wrong := impossible_pressure("confining_pressure", self.confining_pressure)):
+            raise InputError(wrong)
         self._choose_density_scaling()
         self.check_economy()
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
@@ -119,7 +120,7 @@ class StressPathTest(Economy, ABC):
             raise InputError(f"fixed: {unknown[0]} is not among the test's parameters {', '.join(PARAMETERS)}{did_you_mean(unknown[0], PARAMETERS)}.")
         for name, value in self.fixed.items():
             if not isinstance(value, Real) or _outside(name, value, self.law):
-                raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}.")
+                raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}{_meant(name, value)}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
 
     def _choose_density_scaling(self) -> None:
@@ -173,7 +174,9 @@ class StressPathTest(Economy, ABC):
         possible = []
         for row, values in enumerate(theta):
             if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value, self.law)]:
-                yield row, Failure("parameters", f"{wrong[0]} = {values[PARAMETERS.index(wrong[0])]:g} has no meaning, it must be a number {_words(wrong[0], self.law)}.", _NOTHING_RUN)
+                name, value = wrong[0], values[PARAMETERS.index(wrong[0])]
+                reason = f"{name} = {value:g} has no meaning, it must be a number {_words(name, self.law)}{_meant(name, value)}."
+                yield row, Failure("parameters", reason, _NOTHING_RUN)
             else:
                 possible.append(row)
         if not possible:
@@ -247,10 +250,23 @@ def _outside(name: str, value: float, law: str) -> bool:
     return not (np.isfinite(value) and low <= value < high)
 
 
+def _meant(name: str, *values: Any) -> str:
+    """How to write what was probably meant by values outside the bounds."""
+    return modulus_itself(*values) if name == "log_E" and all(isinstance(value, Real) for value in values) else ""
+
+
 def _words(name: str, law: str) -> str:
     low, high = _BOUNDS[law][name]
     limits = [f"at least {low:g}"] * bool(np.isfinite(low)) + [f"below {high:g}"] * bool(np.isfinite(high))
     return " and ".join(limits)
+
+
+def unusual(test: StressPathTest) -> list[str]:
+    """What is to be said of a test at a pressure, or with a fixed modulus, that another unit was probably meant for."""
+    pressure = test.confining_pressure
+    said = [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
+    said += [unusual_log_modulus("fixed.log_E", test.fixed["log_E"])] if "log_E" in test.fixed else []
+    return [doubt for doubt in said if doubt]
 
 
 def check_ranges(space: ParameterSpace, law: str) -> None:
@@ -259,9 +275,8 @@ def check_ranges(space: ParameterSpace, law: str) -> None:
         if name not in PARAMETERS:
             continue
         place, limits = f"parameters.{name}.range must hold numbers", f"[{low:g}, {high:g}]"
-        if name == "log_E" and high > _LARGEST_LOG_MODULUS:
-            meant = f"; for a modulus of {low:g} to {high:g} Pa write [{np.log10(low):.4g}, {np.log10(high):.4g}]" if low > 0 else ""
-            raise InputError(f"{place} up to {_LARGEST_LOG_MODULUS:g}, the log10 of the modulus in Pa, not {limits}{meant}.")
+        if name == "log_E" and (_outside(name, low, law) or _outside(name, high, law)):
+            raise InputError(f"{place} {_words(name, law)}, the log10 of the modulus in Pa, not {limits}{_meant(name, low, high)}.")
         if _outside(name, low, law) or _outside(name, high, law):
             raise InputError(f"{place} {_words(name, law)}, where the contact law means something, not {limits}.")
 
