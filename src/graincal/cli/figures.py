@@ -5,15 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
 from graincal.data import InputError, Reference, Response
 from graincal.files import unwritable
+from graincal.models.stress_path import Panel
 
 _UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
 """What quantities are drawn in, by the last word of their names, and the factor to that from fractions and Pa."""
+
+SMALLEST_SPAN = 1e-4
+"""An axis spans at least so much of a fraction, or so large a part of the largest stress: as closely as a test meets its targets, and its figure is read."""
 
 
 def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
@@ -28,19 +35,51 @@ def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
     _save(figure, path)
 
 
-def draw_response(response: Response, path: Path, control: str, shown: Sequence[str], reference: Reference | None = None) -> None:
-    """The named columns of a response, or the observables of a reference beside it."""
-    # What is loaded to stresses is seen by the strain that they make.
-    shown = tuple(reference.observables) if reference else tuple("axial_strain" if name == control else name for name in shown)
-    figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
-    for column, name in enumerate(shown):
-        axes = figure.add_subplot(1, len(shown), 1 + column)
-        axes.plot(_to_print(control, response.control), _to_print(name, response.values[name]), "-", color="tab:blue", label="simulated")
+def draw_response(response: Response, path: Path, control: str, shown: Sequence[Panel], reference: Reference | None = None) -> None:
+    """Write the figure of a response (`response_figure`)."""
+    _save(response_figure(response, control, shown, reference), path)
+
+
+def response_figure(response: Response, control: str, shown: Sequence[Panel], reference: Reference | None = None) -> Figure:
+    """The panels of a test's figure, with its recorded states; or the observables of a reference beside it."""
+    panels = [Panel(name) for name in reference.observables] if reference else shown
+    columns = {**response.values, control: response.control}
+    figure = Figure(figsize=(4 * len(panels), 3), layout="constrained")
+    for number, (name, over, logarithmic) in enumerate(panels):
+        axes = figure.add_subplot(1, len(panels), 1 + number)
+        over = over or control
+        style = {"color": "tab:blue", "label": "simulated"} | ({} if reference else {"marker": ".", "linewidth": 1.0})
+        axes.plot(_to_print(over, columns[over]), _to_print(name, columns[name]), "-", **style)
         if reference:
             axes.plot(_to_print(control, reference.control), _to_print(name, reference.observables[name]), "k.", markersize=3, label="reference")
             axes.legend(frameon=False)
-        axes.set(xlabel=_label(control), ylabel=_label(name))
-    _save(figure, path)
+        if logarithmic:
+            _scale_logarithmically(axes, columns[over])
+        elif over == "stage":
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        elif over.endswith("stress"):
+            # A stress path is seen from the origin.
+            axes.set_xlim(left=0)
+        _widen(axes, _to_print(name, SMALLEST_SPAN * max(1.0, np.max(np.abs(columns[name])))))
+        axes.set(xlabel=_label(over), ylabel=_label(name))
+    return figure
+
+
+def _scale_logarithmically(axes: Axes, values: NDArray) -> None:
+    """A logarithmic axis, labelled 1, 2, 5, 10, ... or, where it spans less than a few of these, evenly."""
+    axes.set_xscale("log")
+    wide = np.max(values) > 5 * np.min(values)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if wide else MaxNLocator(5))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _widen(axes: Axes, span: float) -> None:
+    """Let the vertical axis span as much at the least: what is constant to rounding is drawn constant."""
+    low, high = axes.get_ylim()
+    if high - low < span:
+        middle = 0.5 * (low + high)
+        axes.set_ylim(middle - 0.5 * span, middle + 0.5 * span)
 
 
 def _to_print(name: str, values: NDArray) -> NDArray:

@@ -13,7 +13,7 @@ from graincal import _native
 from graincal.data import InputError
 from graincal.dem import stress_path
 from graincal.dem.stress_path_table import StressPathTable
-from graincal.models.stress_path import STRAINS, StressPathTest, one_row
+from graincal.models.stress_path import STRAINS, Panel, StressPathTest, one_row
 
 
 class _AxialTest(StressPathTest):
@@ -52,7 +52,7 @@ class UndrainedTest(_AxialTest):
     kind = "undrained"
     title = "undrained triaxial test"
     also_returned = ("lateral_stress", "excess_pore_pressure")
-    shown = ("deviatoric_stress", "excess_pore_pressure")
+    shown = (Panel("deviatoric_stress"), Panel("excess_pore_pressure"), Panel("deviatoric_stress", over="mean_stress"))
     path = staticmethod(stress_path.undrained_triaxial)
 
     def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
@@ -68,7 +68,7 @@ class OedometricTest(StressPathTest):
     title = "oedometric test"
     controls = ("axial_strain", "axial_stress")
     also_returned = ("axial_stress", "lateral_stress")
-    shown = ("axial_stress", "void_ratio")
+    shown = (Panel("axial_stress", over="axial_strain"), Panel("void_ratio", over="axial_stress", logarithmic=True))
 
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each axial strain or stress."""
@@ -82,7 +82,7 @@ class IsotropicTest(StressPathTest):
     kind = "isotropic"
     title = "isotropic test"
     controls = ("mean_stress",)
-    shown = ("void_ratio", "coordination_number")
+    shown = (Panel("void_ratio", logarithmic=True), Panel("coordination_number", logarithmic=True))
 
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each pressure."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +57,14 @@ _FAILURES = {
 }
 
 
+class Panel(NamedTuple):
+    """What a panel of a test's figure shows: a column of the response over another (the control if it is empty), or over that one's logarithm."""
+
+    column: str
+    over: str = ""
+    logarithmic: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class StressPathTest(Economy, ABC):
     """A test of a packing along a stress path.
@@ -77,8 +85,8 @@ class StressPathTest(Economy, ABC):
     controls: ClassVar[tuple[str, ...]]
     also_returned: ClassVar[tuple[str, ...]] = ()
     """Columns of a response beyond RETURNED."""
-    shown: ClassVar[tuple[str, str]] = ("stress_ratio", "volumetric_strain")
-    """The columns that a figure shows."""
+    shown: ClassVar[tuple[Panel, ...]] = (Panel("stress_ratio"), Panel("volumetric_strain"))
+    """The panels of a figure."""
     optional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be None."""
 
