@@ -205,6 +205,7 @@ def test_init_takes_a_packing_that_is_there(call, tmp_path, monkeypatch):
     missing = call(*given[:3], "grains/none.csv")
     assert missing.code == 1 and missing.err == "grains/none.csv: there is no such file, and a packing file was expected here.\n"
     called = call(*given, "--confining-pressure", "5e5", "--strain", "logarithmic")
+    assert "find out which it is" not in called.out and "does not say the confining pressure" not in called.out
     assert called.code == 0 and "grains/packing.csv: 500 particles at a void ratio of 0.68" in called.out
     # What it wrote is what calibrate takes, wherever it stands.
     (experiment,) = read_calibration(Path("grains/calibration.toml")).experiments

@@ -45,7 +45,7 @@ def init(
     grains = Packing.read(packing) if packing else None
     known = {"strain": strain and strain.value, "confining_pressure": confining_pressure, "packing": packing, "void_ratio": void_ratio}
     text = propose(found, **known, folder=output.parent)
-    typer.echo("\n".join(describe(found)))
+    typer.echo("\n".join(describe(found, strain=known["strain"], confining_pressure=confining_pressure)))
     if grains:
         measured = f"; the file says {found.void_ratio:g} for the sample before shearing" if found.void_ratio else ""
         typer.echo(f"{packing}: {grains.count} particles at a void ratio of {grains.void_ratio:.3f}{measured}.")

@@ -23,8 +23,9 @@ _MEANINGS = {
 }
 
 
-def describe(file: LaboratoryFile) -> list[str]:
-    """What was understood of a file, in lines for a terminal."""
+def describe(file: LaboratoryFile, *, strain: str | None = None, confining_pressure: float | None = None) -> list[str]:
+    """What was understood of a file, in lines for a terminal; what the user knows of it besides needs no warning."""
+    file = replace(file, strain_measure=strain or file.strain_measure, confining_pressure=confining_pressure or file.confining_pressure)
     mark = " with a byte order mark" if file.byte_order_mark else ""
     point = "decimal comma" if file.decimal == "," else "decimal point"
     lines = [
@@ -96,7 +97,7 @@ def propose(
     _refuse_strange(file)
     observables = ["stress_ratio" if quantity in STRESS_NAMES else quantity for quantity in file.reference if quantity != "axial_strain"]
     blocks = [
-        _introduction(file),
+        _introduction(file, strain, confining_pressure),
         _parameters(space or ParameterSpace.paper()),
         "\n".join([*_experiment(file, observables), *_model(file, confining_pressure, _grains(file, void_ratio) if packing is None else _packing(packing, folder))]),
         _reference(file, strain, folder),
@@ -117,12 +118,12 @@ def _refuse_strange(file: LaboratoryFile) -> None:
     )
 
 
-def _introduction(file: LaboratoryFile) -> str:
+def _introduction(file: LaboratoryFile, strain: str | None, confining_pressure: float | None) -> str:
     lines = [
         "A calibration proposed from a laboratory file. Lines that say CHECK rest on a guess: confirm or correct each, then run graincal check.",
         "",
         "What was understood:",
-        *("  " + line for line in describe(replace(file, path=Path(file.path).name))),
+        *("  " + line for line in describe(replace(file, path=Path(file.path).name), strain=strain, confining_pressure=confining_pressure)),
     ]
     return "\n".join(f"# {line}".rstrip() for line in lines)
 
@@ -181,7 +182,7 @@ def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLi
     guessed = [quantity for quantity, column in found.items() if column.unit_is_guessed]
     lines = ["[experiment.reference]", f"file        = {_quote(name)}"]
     for measure in set(found) & set(STRESS_MEASURES):
-        lines.append(f"# The stress ratio is made of the {measure.replace('_', ' ')} ({_MEANINGS[measure]}).")
+        lines.append(f"# The stress ratio is computed from the {measure.replace('_', ' ')} ({_MEANINGS[measure]}).")
     lines.append(f"columns     = {_inline({quantity: column.header for quantity, column in found.items()})}")
     lines.append(f"# CHECK: the unit of {', '.join(guessed)} is guessed from the values." if guessed else "# As the file says:")
     lines.append(f"units       = {_inline({quantity: column.unit for quantity, column in found.items() if column.unit})}")
