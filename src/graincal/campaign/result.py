@@ -97,6 +97,11 @@ class Result:
         return None if self.failed.all() else self._candidate(int(np.nanargmin(self.errors)))
 
     @property
+    def best_errors(self) -> NDArray[np.float64]:
+        """The error of the best sample so far, after each iteration; NaN as long as all failed."""
+        return np.fmin.accumulate([iteration.smallest_error for iteration in self.iterations])
+
+    @property
     def most_probable(self) -> Candidate | None:
         """The sample of the largest weight in the last iteration that has weights: the paper's answer. None without weights."""
         weighted = [iteration for iteration in self.iterations if not iteration.unweighted]
