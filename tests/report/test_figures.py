@@ -1,5 +1,9 @@
 """What is drawn: the figures' data against the result, and that both renderers take every figure."""
 
+import re
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 import plotly.graph_objects as go
 import pytest
@@ -9,6 +13,7 @@ from graincal.report import with_matplotlib, with_plotly, write_figures
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Bars, Level, Line, Points, log_axis
 from graincal.report.findings import telling_correlation
+from graincal.report.sampling import draw_samples
 
 from . import soil
 
@@ -59,6 +64,17 @@ def test_every_sample_is_drawn_once_over_the_whole_range(result):
         shown = [points for points in marks(panel, Points) if points.name.startswith(("iteration", "failed"))]
         assert sorted(np.concatenate([points.x for points in shown])) == pytest.approx(np.sort(result.samples[:, k]))
     assert len(named(panels[0], "failed, no error known").x) == result.failures > 0
+
+
+@pytest.mark.parametrize("count", [1, 8, 12, 13, 40])
+def test_every_iteration_stands_in_the_key(count, result):
+    iterations = tuple(replace(result.iterations[0], index=index) for index in range(count))
+    longer = copy(result)
+    longer.iterations = iterations
+    key = [mark.name for mark in draw_samples(longer).key if mark.name.startswith("iteration")]
+    ranges = [[int(number) for number in re.findall(r"\d+", name)] for name in key]
+    assert [index for ends in ranges for index in range(ends[0], ends[-1] + 1)] == list(range(count))
+    assert count > 12 or key == [f"iteration {index}" for index in range(count)]
 
 
 def test_the_course_of_the_iterations(result):
