@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -75,6 +76,11 @@ class Result:
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments, each with its name, reference and model."""
         return self.calibration.experiments
+
+    @property
+    def truth(self) -> Mapping[str, float]:
+        """Values of parameters that are known, as those of a synthetic reference; none for most."""
+        return self.calibration.truth
 
     @property
     def stop(self) -> Stop:
