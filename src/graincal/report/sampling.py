@@ -6,9 +6,10 @@ import numpy as np
 
 from graincal.campaign import Result
 from graincal.inference import Iteration, Stop
+from graincal.report.close_fits import close_fits
 from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
-from graincal.report.numbers import count
-from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, VERMILLION, Style, sequence
+from graincal.report.numbers import count, value
+from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
 from graincal.report.quantities import parameters
 
 _COLOURS = 12
@@ -21,6 +22,7 @@ def draw_samples(result: Result) -> Figure | None:
         return None
     errors = log_axis("error ε [%]", result.errors)
     above = np.nanmax(result.errors)
+    close = close_fits(result.iterations)
     coloured = _coloured(len(result.iterations))
     panels = []
     for k, shown in enumerate(parameters(result.space)):
@@ -33,13 +35,17 @@ def draw_samples(result: Result) -> Figure | None:
             if candidate:
                 ring = Style(style.colour, symbol="ring", size=12 if name == "best" else 16, width=2)
                 marks.append(Points(candidate.theta[k : k + 1], np.array([candidate.error]), ring, name))
+        marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {close.limit:.3g} %"))
+        if (truth := result.truth.get(result.space.names[k])) is not None:
+            marks.append(Level(truth, TRUTH, "truth", upright=True))
         margin = 0.03 * (high - low)
         panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
     iterations = count(len(result.iterations), "iteration")
     return Figure(
         "samples",
-        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {np.nanmin(result.errors):.3g} to {above:.3g} %.",
-        "Each point is one evaluation, with its error of Eq. 6; darker points are of later iterations, and the grey lines are the ends of the range.",
+        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(np.nanmin(result.errors), 3)} to {value(above, 3)} %.",
+        "Each point is one evaluation, with its error of Eq. 6; darker points are of later iterations, and the grey lines are the ends of the range. "
+        "The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open.",
         tuple(panels),
     )
 
