@@ -42,7 +42,7 @@ def draw_pairs(result: Result) -> Figure | None:
     )
     telling = telling_correlation(iteration.posterior)
     caption += f"coloured from {telling:.2f} on, up or down: less may be chance." if telling <= 1 else "none coloured: on so few samples with weight, any may be chance."
-    caption += " These weights grow narrower with every iteration; what fits about as well reaches further (figure above, table below)."
+    caption += " These weights grow narrower with every iteration; which values fit about as well, the samples' figure and the table of the parameters show."
     cells = [[_cell(float(r), telling) for r in row] for row in iteration.posterior.correlation()]
     panels = tuple(
         cells[row][column] if column > row else _panel(result, iteration, axes, groups, row, column) for row in range(n) for column in range(n)
