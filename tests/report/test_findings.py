@@ -186,6 +186,13 @@ def test_the_rule_makes_sense_where_chance_may_narrow_samples_to_nothing():
     assert found(spread_evenly(0.4, 0.6), by_chance=0.004).verdict == "uncertain"
 
 
+def test_a_poor_fit_is_said_to_leave_better_ones_outside():
+    # The limits are 3 points above the best: 2.5 % is beyond what the paper calls optimal, 1.9 % is not.
+    poor, good = (rule([found([0.5])], CloseFits(limit, 12, np.zeros(1), np.ones(1))) for limit in (5.5, 4.9))
+    assert "Better fits than the best so far, of 2.5 %, may lie outside of them altogether." in poor
+    assert "Better fits" not in good and "{" not in poor + good
+
+
 def test_text_survives_html_and_tex():
     assert to_html("β_{m} < 1 & b") == "β<sub>m</sub> &lt; 1 &amp; b"
     assert to_mathtext("β_{m} in $") == r"β$_{\mathrm{m}}$ in \$"

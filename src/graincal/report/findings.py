@@ -173,8 +173,9 @@ def rule(findings: Sequence[Finding], close: CloseFits) -> str:
     best = close.limit - MARGIN
     better = "" if best < OPTIMAL_ERROR else f" Better fits than the best so far, of {best:.3g} %, may lie outside of them altogether."
     return (
-        f"What fits about as well is what {numbers.count(close.count, 'sample')} of all iterations did: two runs of the same parameters may differ by "
-        f"{MARGIN:g} percentage points of ε. Such ranges are the least, for values beyond them were seldom tried with all others tuned to them.{better} "
+        f"What fits about as well is what {numbers.count(close.count, 'sample')} of all iterations did. Its margin of {MARGIN:g} percentage points of ε "
+        "is what two runs of the same parameters may differ by in a long shear; short ones repeat better. Such ranges are the least, for values beyond them "
+        f"were seldom tried with all others tuned to them.{better} "
         "What is left of a parameter's range is the part that they span, or, where it is more, the weighted samples' sd over that of values spread evenly "
         "over the range (its width over √12). Up to a third is called narrowed, up to two thirds weakly narrowed, and more not identified. None is called "
         "identified: samples drawn ever closer about the ones before do not show that other values fit worse. Samples also narrow by chance, along parameters "
