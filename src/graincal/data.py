@@ -196,6 +196,10 @@ class Response:
     values: Mapping[str, NDArray[np.float64]]
     details: Mapping[str, float] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        flagged = f", {self.details['flagged']:g} of them flagged" if "flagged" in self.details else ""
+        return f"Response({len(self.control)} states{flagged}: {', '.join(self.values)})"
+
     def observables(self, names: tuple[str, ...]) -> NDArray[np.float64]:
         """The named values as columns, (T, J)."""
         return np.stack([self.values[name] for name in names], axis=1)
@@ -208,3 +212,6 @@ class Failure:
     kind: str
     reason: str
     details: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"Failure({self.kind}: {self.reason})"

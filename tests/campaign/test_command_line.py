@@ -135,7 +135,12 @@ def test_status_is_a_contract(campaign, call):
     ]  # fmt: skip
     assert (found["state"], found["evaluations"], found["stopped_by"], found["seconds_left"]) == ("finished", 40, "max_iterations", 0.0)
     assert found["iteration"] == {"index": 1, "samples": 20, "evaluated": 20, "failed": 0}
-    assert list(found["iterations"][0]) == ["index", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error", "best_error"]
+    figures = ["index", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error", "smallest_error", "best_error"]
+    assert list(found["iterations"][0]) == figures
+    # The best is that of all iterations so far, here as on the terminal and in a report.
+    smallest = [iteration["smallest_error"] for iteration in found["iterations"]]
+    assert [iteration["best_error"] for iteration in found["iterations"]] == [min(smallest[: k + 1]) for k in range(len(smallest))]
+    assert found["iterations"][-1]["best_error"] == found["best"]["error"]
     assert list(found["best"]) == ["sample", "iteration", "error", "theta"] and list(found["best"]["theta"]) == ["strength", "dilatancy"]
     words = call("status", campaign)
     assert words.code == 0 and "finished" in words.out and "stopped by max_iterations" in words.out

@@ -38,6 +38,22 @@ def test_what_was_asked_comes_back_whole(store):
     assert store.keeps(given) and store.keeps(calibration(workers=2)) and not store.keeps(calibration(seed=8))
 
 
+def test_a_known_truth_is_kept_and_changes_nothing_of_what_is_asked(tmp_path):
+    given = calibration(truth={"strength": 0.6}).check()
+    store = Store.create(given, tmp_path)
+    assert store.calibration.truth == {"strength": 0.6} and store.keeps(calibration())
+    with sqlite3.connect(tmp_path / "campaign.db") as db:
+        db.execute("DELETE FROM meta WHERE key = 'truth'")
+    # A campaign of before there was any.
+    assert Store.open(tmp_path).calibration.truth == {}
+
+
+@pytest.mark.parametrize(("truth", "said"), [({"phi": 30}, "truth.phi is not a parameter; expected some of strength"), ({"strength": np.nan}, "truth.strength must be a number")])
+def test_a_truth_of_something_else_is_refused(truth, said):
+    with pytest.raises(InputError, match=said):
+        calibration(truth=truth).check()
+
+
 def test_samples_and_outcomes_come_back_bit_for_bit(store):
     samples = asked(store)
     np.testing.assert_array_equal(store.samples(0).theta, samples.theta)

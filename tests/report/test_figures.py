@@ -1,14 +1,19 @@
 """What is drawn: the figures' data against the result, and that both renderers take every figure."""
 
+import re
+from copy import copy
+from dataclasses import replace
+
 import numpy as np
 import plotly.graph_objects as go
 import pytest
 
 from graincal.data import InputError
-from graincal.report import with_matplotlib, with_plotly, write_figures
+from graincal.report import find, summarise, tables, with_matplotlib, with_plotly, write_figures
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Bars, Level, Line, Points, log_axis
 from graincal.report.findings import telling_correlation
+from graincal.report.sampling import draw_samples
 
 from . import soil
 
@@ -55,10 +60,43 @@ def test_every_sample_is_drawn_once_over_the_whole_range(result):
     panels = drawn(result)["samples"].panels
     assert len(panels) == result.space.size
     for k, panel in enumerate(panels):
-        assert sorted(level.at for level in marks(panel, Level)) == [result.space.low[k], result.space.high[k]]
+        assert sorted(level.at for level in marks(panel, Level) if level.upright) == [result.space.low[k], result.space.high[k]]
+        [limit] = [level.at for level in marks(panel, Level) if not level.upright]
+        # The points below the line are those that the table's range of close fits is of.
+        below = result.samples[result.errors <= limit, k]
+        assert find(result.space, result.iterations)[k].close == (below.min(), below.max())
         shown = [points for points in marks(panel, Points) if points.name.startswith(("iteration", "failed"))]
         assert sorted(np.concatenate([points.x for points in shown])) == pytest.approx(np.sort(result.samples[:, k]))
     assert len(named(panels[0], "failed, no error known").x) == result.failures > 0
+
+
+@pytest.mark.parametrize("count", [1, 8, 12, 13, 40])
+def test_every_iteration_stands_in_the_key(count, result):
+    iterations = tuple(replace(result.iterations[0], index=index) for index in range(count))
+    longer = copy(result)
+    longer.iterations = iterations
+    key = [mark.name for mark in draw_samples(longer).key if mark.name.startswith("iteration")]
+    ranges = [[int(number) for number in re.findall(r"\d+", name)] for name in key]
+    assert [index for ends in ranges for index in range(ends[0], ends[-1] + 1)] == list(range(count))
+    assert count > 12 or key == [f"iteration {index}" for index in range(count)]
+
+
+def test_a_known_truth_is_drawn_and_tabled_where_it_is_known(result):
+    known = copy(result)
+    known.calibration = replace(result.calibration, truth={"phi": 30.0, "psi": 19.0})
+    figures_of = drawn(known)
+    assert [[level.at for level in marks(panel, Level) if level.name == "truth"] for panel in figures_of["samples"].panels] == [[30], [19], []]
+    pairs = figures_of["posterior"]
+    assert [level.at for level in marks(pairs.panels[0], Level) if level.name == "truth"] == [30]
+    assert {(level.at, level.upright) for level in marks(pairs.panels[3], Level) if level.name == "truth"} == {(30, True), (19, False)}
+    # It lies beyond the samples, and the axes reach it.
+    assert pairs.panels[4].x.limits[1] > 19 > known.iterations[-1].samples.theta[:, 1].max()
+    table = tables.of_parameters(known, find(known.space, known.iterations, known.truth))
+    assert [row[table.head.index("truth")] for row in table.rows] == ["30", "19", "–"]
+    assert "truth" not in tables.of_parameters(result, find(result.space, result.iterations)).head
+    assert "The truth, 19 deg, lies outside the 90 % interval" in summarise(known) and "truth" not in summarise(result)
+    for figure in figures_of.values():
+        with_matplotlib.draw(figure)
 
 
 def test_the_course_of_the_iterations(result):

@@ -81,8 +81,9 @@ def test_the_sections_stand_in_the_order_of_a_reader(page):
 def test_it_says_first_what_was_found(result, page):
     text = "".join(page.text)
     assert summarise(result).splitlines()[0] in text.replace("\n", " ")
-    assert re.search(r"φ = 29\.\d ± 2\.\d deg\.", text)
-    assert re.search(r"ηm is not identified: [\d.]+ to [\d.]+ fit about equally\.", text)
+    assert re.search(r"φ is narrowed: [\d.]+ to [\d.]+ deg hold 90 % of the weight; the weighted samples are at 29\.\d ± 2\.\d deg\.", text)
+    assert re.search(r"ηm is not identified: [\d.]+ to [\d.]+ hold 90 % of the weight\.", text)
+    assert "Only 3 samples did so far." in text and not re.search("(?<!not |led )identified", text)
     assert result.grade.reasons[0] in text
     # Words are defined before they are used.
     body = text[text.index("What was found") :]
@@ -90,7 +91,7 @@ def test_it_says_first_what_was_found(result, page):
     assert body.index("the best") == body.index("the best is that of the smallest error of all iterations")
     assert "Stopped after 3 iterations: the limit of 3 iterations is reached." in text
     assert "not on the noise of the measurement" in text
-    assert "identified up to a third of that" in text
+    assert "Up to a third is called narrowed" in text
 
 
 def test_it_says_what_failed_and_where(result, page):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -26,7 +27,8 @@ class Calibration:
     """The unknowns, the experiments and the method: everything that determines what a campaign finds.
 
     filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
-    what is found. source: the text of the calibration file, if there is one.
+    what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
+    nothing is found by them, and the report shows them beside what is.
     """
 
     space: ParameterSpace
@@ -37,10 +39,12 @@ class Calibration:
     seed: int = 1
     workers: int | Literal["all"] = "all"
     source: str = ""
+    truth: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
         object.__setattr__(self, "filter_options", MappingProxyType(dict(self.filter_options)))
+        object.__setattr__(self, "truth", MappingProxyType(dict(self.truth)))
 
     def check(self) -> Calibration:
         """Raise InputError for what cannot be calibrated, before anything is evaluated; the calibration itself otherwise."""
@@ -55,6 +59,11 @@ class Calibration:
             raise InputError(f'method must be one of {", ".join(METHODS)}, not "{self.method}"{did_you_mean(self.method, METHODS)}.')
         if unknown := set(self.filter_options) - set(FILTER_OPTIONS):
             raise InputError(f"filter.{min(unknown)} is not an option of the filter{did_you_mean(min(unknown), FILTER_OPTIONS)}; expected one of {', '.join(FILTER_OPTIONS)}.")
+        for name, value in self.truth.items():
+            if name not in self.space.names:
+                raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, self.space.names)}; expected some of {', '.join(self.space.names)}.")
+            if not (isinstance(value, Real) and np.isfinite(value)):
+                raise InputError(f"truth.{name} must be a number, not {value!r}.")
         if self.workers != "all" and (not isinstance(self.workers, int) or self.workers < 1):
             raise InputError(f'workers must be a whole number above 0 or "all", not {self.workers!r}.')
         for experiment in self.experiments:

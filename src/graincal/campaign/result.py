@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -77,6 +78,11 @@ class Result:
         return self.calibration.experiments
 
     @property
+    def truth(self) -> Mapping[str, float]:
+        """Values of parameters that are known, as those of a synthetic reference; none for most."""
+        return self.calibration.truth
+
+    @property
     def stop(self) -> Stop:
         """The criteria that were asked for."""
         return self.calibration.stop
@@ -95,6 +101,11 @@ class Result:
     def best(self) -> Candidate | None:
         """The sample of the smallest error; None if all failed."""
         return None if self.failed.all() else self._candidate(int(np.nanargmin(self.errors)))
+
+    @property
+    def best_errors(self) -> NDArray[np.float64]:
+        """The error of the best sample so far, after each iteration; NaN as long as all failed."""
+        return np.fmin.accumulate([iteration.smallest_error for iteration in self.iterations])
 
     @property
     def most_probable(self) -> Candidate | None:

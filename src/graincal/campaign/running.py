@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +39,7 @@ def calibrate(
     workers: int | Literal["all"] = "all",
     folder: str | Path | None = None,
     stop: Stop = Stop(),
+    truth: Mapping[str, float] | None = None,
     **filter_options: Any,
 ) -> Result:
     """Calibrate a model against a reference, or several experiments at once.
@@ -48,8 +49,8 @@ def calibrate(
 
     space: the unknowns; theta is in its order. method: "iterative-bayesian" (Hartmann, Cheng, Thornton 2022) or "sequential-monte-carlo".
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
-    must hold none yet, and `resume` goes on with it. Without, it is kept in memory. filter_options: alpha, effective_sample_size, scale, covariance
-    (see `IterativeBayesianFilter`).
+    must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
+    for the report to show. filter_options: alpha, effective_sample_size, scale, covariance (see `IterativeBayesianFilter`).
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):
@@ -62,7 +63,7 @@ def calibrate(
         experiments = [Experiment("experiment", model, reference)]
     if max_evaluations is not None:
         stop = replace(stop, max_evaluations=max_evaluations)
-    return begin(Calibration(space, experiments, method, filter_options, stop, seed, workers), folder)
+    return begin(Calibration(space, experiments, method, filter_options, stop, seed, workers, truth=truth or {}), folder)
 
 
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = ()) -> Result:

@@ -23,8 +23,8 @@ def status(folder: str | Path) -> dict[str, Any]:
     method, seed, parameters (names), experiments (names).
     evaluations, failures: samples evaluated in every experiment or failed in one; those that failed.
     iteration: {index, samples, evaluated, failed} of the one under way, or the last.
-    iterations: of each complete one {index, samples, failed, s, s_per_state, effective_sample_size, gl_error, error, best_error}, where `error` is that of
-    the most probable sample (Eq. 6) and `best_error` the smallest.
+    iterations: of each complete one {index, samples, failed, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
+    `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
     stopped_by, stopped_because: the criterion and a sentence.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
@@ -47,7 +47,7 @@ def status(folder: str | Path) -> dict[str, Any]:
         "evaluations": counts["evaluated"],
         "failures": counts["failed"],
         "iteration": _under_way(store),
-        "iterations": [_figures(iteration) for iteration in result.iterations] if result else [],
+        "iterations": [_figures(iteration, best) for iteration, best in zip(result.iterations, result.best_errors)] if result else [],
         "best": _candidate(result.best, result.space) if result else None,
         "most_probable": _candidate(result.most_probable, result.space) if result else None,
         "stopped_by": store.meta("stopped_by"),
@@ -62,7 +62,7 @@ def _under_way(store: Store) -> dict[str, int] | None:
     return None if index is None else {"index": index} | store.counts(index)
 
 
-def _figures(iteration: Iteration) -> dict[str, Any]:
+def _figures(iteration: Iteration, best: float) -> dict[str, Any]:
     return {
         "index": iteration.index,
         "samples": len(iteration.samples),
@@ -72,7 +72,8 @@ def _figures(iteration: Iteration) -> dict[str, Any]:
         "effective_sample_size": _number(iteration.effective_sample_size),
         "gl_error": _number(iteration.gl_error),
         "error": _number(iteration.error),
-        "best_error": None if iteration.failed.all() else float(np.nanmin(iteration.errors)),
+        "smallest_error": _number(iteration.smallest_error),
+        "best_error": _number(best),
     }
 
 

@@ -64,6 +64,7 @@ class Store:
             "description": _as_json(describe(calibration)),
             "workers": json.dumps(calibration.workers),
             "source": calibration.source,
+            "truth": _as_json(calibration.truth),
             "provenance": json.dumps(provenance()),
             "started": _now(),
         }
@@ -102,10 +103,12 @@ class Store:
     @cached_property
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
-        return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"))
+        # Campaigns of before a truth could be given have none.
+        truth = json.loads(self.meta("truth") or "{}")
+        return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"), truth=truth)
 
     def keeps(self, calibration: Calibration) -> bool:
-        """Whether this is the store of a calibration; only the workers may differ."""
+        """Whether this is the store of a calibration; only the workers and the truth may differ."""
         return json.loads(_as_json(describe(calibration))) == self.description
 
     @property
@@ -291,7 +294,7 @@ def _connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
 
 def _as_json(data: Mapping[str, Any]) -> str:
     # What is no plain number is NumPy's.
-    return json.dumps(data, default=lambda number: number.item())
+    return json.dumps(dict(data), default=lambda number: number.item())
 
 
 def _now() -> str:

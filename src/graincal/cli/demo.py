@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from graincal.cli.options import Quiet, Workers
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
-    from graincal.campaign import Result
 
 
 def demo(
@@ -22,7 +16,7 @@ def demo(
     workers: Workers = "all",
     quiet: Quiet = False,
 ) -> None:
-    """A whole calibration on an embedded default, with its report: some minutes on two cores.
+    """A whole calibration on an embedded default, with its report: two to four minutes on two cores.
 
     A synthetic triaxial test at known parameters is calibrated as if it were measured: 500 particles, all five parameters over their full ranges.
     """
@@ -49,20 +43,8 @@ def demo(
         console.print(chart(100 * reference.control, curves, title=title))
     console.print(f"{'axial strain [%]':>40}\n")
     result = run(folder, calibration.stop, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
-    console.print()
-    console.print(_truth_beside(result, example.TRUTH))
-    console.print("± is the spread of the last iteration's samples, not a confidence interval: a curve is fitted by more than one set of parameters.")
+    console.print("The truth is what the reference was simulated with: a curve is fitted by more than one set of parameters.")
     console.print(f"Report: {result.report(folder / REPORT)}")
-
-
-def _truth_beside(result: Result, truth: Mapping[str, float]) -> Table:
-    from rich.table import Table
-
-    table = Table("parameter", "truth", "mean ± sd", "most probable", box=None, header_style="bold", padding=(0, 2, 0, 0))
-    mean, spread = result.posterior.mean(), result.posterior.std()
-    for k, name in enumerate(result.space.names):
-        table.add_row(name, f"{truth[name]:.4g}", f"{mean[k]:.3g} ± {spread[k]:.2g}", f"{result.most_probable.theta[k]:.3g}")
-    return table
 
 
 def _free_folder() -> Path:

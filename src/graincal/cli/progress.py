@@ -72,8 +72,7 @@ class Progress(Listener):
 
     def _row(self, iteration: Iteration) -> list[str]:
         """The figures of an iteration in the order of _COLUMNS."""
-        so_far = np.concatenate([each.errors for each in self._iterations[: iteration.index + 1]])
-        best = np.nan if np.isnan(so_far).all() else np.nanmin(so_far)
+        best = np.fmin.reduce([each.smallest_error for each in self._iterations[: iteration.index + 1]])
         figures = [iteration.s, iteration.effective_sample_size, iteration.gl_error, iteration.error, best]
         shown = [format(value, spec) if np.isfinite(value) else "-" for value, spec in zip(figures, (".3g", ".2f", ".2f", ".2f", ".2f"))]
         return [str(iteration.index), f"{len(iteration.samples)}", f"{iteration.failed.sum()}", *shown]
@@ -90,4 +89,4 @@ class Progress(Listener):
         return Group(*parts)
 
 
-_COLUMNS = ("iteration", "evaluated", "failed", "s", "ESS", "ε_GL %", "ε %", "best ε %")
+_COLUMNS = ("iteration", "evaluated", "failed", "s", "ESS", "ε_GL %", "ε %", "best ε so far %")

@@ -51,17 +51,31 @@ def run_and_report(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]
 
 def show(result: Result, folder: Path, console: Console) -> None:
     """The result in words and a table of the parameters."""
+    from graincal.report import numbers
+    from graincal.report.close_fits import MARGIN, close_fits
+    from graincal.report.markup import to_plain
+
     console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
     console.print(f"{result.evaluations} evaluations, {result.failures} failed.")
     for kind, reason, count in result.failure_kinds():
         console.print(f"  {count} × {kind}: {reason}", soft_wrap=True)
     if result.posterior:
-        low, high = result.posterior.interval(0.9)
-        table = Table("parameter", "most probable", "best", "mean", "± sd", "90 % interval", "unit", box=None, header_style="bold", padding=(0, 2, 0, 0))
-        columns = (result.most_probable.theta, result.best.theta, result.posterior.mean(), result.posterior.std())
-        for k, name in enumerate(result.space.names):
-            table.add_row(name, *(f"{column[k]:.4g}" for column in columns), f"{low[k]:.4g} to {high[k]:.4g}", result.space.units[k])
+        close = close_fits(result.iterations)
+        mean, spread = result.posterior.mean(), result.posterior.std()
+        columns: dict[str, list[str]] = {"parameter": [f"{name} [{unit}]" if unit else name for name, unit in zip(result.space.names, result.space.units)]}
+        if result.truth:
+            columns["truth"] = [f"{result.truth[name]:.4g}" if name in result.truth else "-" for name in result.space.names]
+        columns["most probable"] = [f"{value:.4g}" for value in result.most_probable.theta]
+        if result.best.sample != result.most_probable.sample:
+            columns["best"] = [f"{value:.4g}" for value in result.best.theta]
+        columns["fit about as well"] = [to_plain(numbers.between(low, high)) for low, high in zip(close.low, close.high)]
+        columns["mean ± sd"] = [to_plain(numbers.estimate(*moments)) for moments in zip(mean, spread)]
+        table = Table(*columns, box=None, header_style="bold", padding=(0, 2, 0, 0))
+        for row in zip(*columns.values()):
+            table.add_row(*row)
         console.print(table)
+        console.print(f"Values that fit about as well: ε at most {close.limit:.3g} %, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
+        console.print("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True)
         console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
     console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
     console.print(f"Stored in {folder}.", soft_wrap=True)

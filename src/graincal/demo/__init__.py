@@ -49,6 +49,7 @@ def calibration(grains: Packing, measured: Reference, *, workers: int | Literal[
         stop=Stop(s=0.01, gl_error_increment=False, error=2.0, error_increment=False, max_iterations=8),
         seed=seed,
         workers=workers,
+        truth=TRUTH,
     )
 
 

@@ -67,6 +67,11 @@ class Iteration:
         return np.nan if row is None else float(self.errors[row])
 
     @property
+    def smallest_error(self) -> float:
+        """The smallest error of the samples, percent, Eq. 6; NaN if all failed."""
+        return np.nan if self.failed.all() else float(np.nanmin(self.errors))
+
+    @property
     def posterior(self) -> Posterior:
         """The samples with their final weights."""
         return Posterior(self.samples.names, self.samples.theta, self.final_weights)

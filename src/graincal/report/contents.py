@@ -6,6 +6,7 @@ from graincal.campaign import Result
 from graincal.models import StressPathTest
 from graincal.report import tables
 from graincal.report.answer import answer_of, as_samples
+from graincal.report.close_fits import close_fits
 from graincal.report.command import PLACEHOLDER, from_file, pack_command, simulate_command
 from graincal.report.drawing import Figure
 from graincal.report.findings import find, rule
@@ -28,7 +29,7 @@ def figures(result: Result, prediction: Prediction | None = None) -> list[Figure
 def compose(result: Result, prediction: Prediction | None) -> Page:
     """The report of a result."""
     drawn = {figure.name: figure for figure in figures(result, prediction)}
-    findings = find(result.space, result.iterations)
+    findings = find(result.space, result.iterations, result.truth)
     page = Page("Calibration report", f"{', '.join(experiment.name for experiment in result.experiments)}. {tables.origin(result)}")
 
     def figure_of(name: str, heading: str = "") -> None:
@@ -40,7 +41,7 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
     page.heading("What was found")
     page.items(found(result, findings))
     page.paragraph(cautions(result), "note")
-    page.paragraph([rule(findings)] if findings else [], "note")
+    page.paragraph([rule(findings, close_fits(result.iterations))] if findings else [], "note")
     figure_of("responses", "Reference and responses")
     page.heading("Iterations")
     figure_of("samples")
@@ -49,6 +50,9 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
     figure_of("posterior", "Posterior")
     page.heading("Parameters")
     page.table(tables.of_parameters(result, findings))
+    if groups := tables.of_groups(result):
+        page.paragraph(["Groups of parameter values among which the weight is divided:"])
+        page.table(groups)
     figure_of("fabric", "Fabric")
     page.heading("Run times and failures")
     figure_of("run_times")

@@ -1,21 +1,24 @@
-"""What a posterior says of each parameter, and how it is said."""
+"""What the samples say of each parameter, and how it is said."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration, Posterior
+from graincal.inference.advice import OPTIMAL_ERROR
 from graincal.report import numbers
 from graincal.report.chance import narrowing_by_chance
+from graincal.report.close_fits import MARGIN, CloseFits, close_fits
 from graincal.report.quantities import Quantity, parameters
 
-IDENTIFIED, NOT_IDENTIFIED = 1 / 3, 2 / 3
-"""Spreads (see `Finding.spread`) up to which a parameter is identified, and from which on it is not."""
+NARROWED, NOT_IDENTIFIED = 1 / 3, 2 / 3
+"""Parts of the range (see `Finding.extent`) up to which a parameter is narrowed, and from which on it is not identified."""
 PROBABILITY = 0.9
 """Of the intervals."""
 MOST = f"{100 * PROBABILITY:.0f} % of the weight"
@@ -26,9 +29,10 @@ FEW = 10
 
 @dataclass(frozen=True)
 class Finding:
-    """What is known of one parameter: moments of its weighted samples, and the range it was sought in.
+    """What is known of one parameter: moments of its weighted samples, values that fit about as well, and the range it was sought in.
 
-    low, high: the central interval that holds 90 % of the weight. by_chance: the spread that a parameter without effect may narrow to.
+    low, high: the central interval that holds 90 % of the weight. close: the ends of the values that fit about as well (close_fits.py).
+    by_chance: the spread that a parameter without effect may narrow to. truth: its value, where that is known.
     """
 
     name: str
@@ -38,86 +42,144 @@ class Finding:
     std: float
     low: float
     high: float
+    close: tuple[float, float]
     by_chance: float
+    truth: float | None = None
 
     @property
     def spread(self) -> float:
-        """The standard deviation over that of values spread evenly over the range; near 1 nothing was learnt."""
+        """The weighted samples' standard deviation over that of values spread evenly over the range; near 1 nothing was learnt."""
         return self.std * math.sqrt(12) / (self.range[1] - self.range[0])
 
     @property
+    def extent(self) -> float:
+        """The part of the range that is left: that of the values that fit about as well, or the spread where it is larger."""
+        return max(self.spread, (self.close[1] - self.close[0]) / (self.range[1] - self.range[0]))
+
+    @property
     def verdict(self) -> str:
-        """One of "identified", "weakly identified", "not identified", or "uncertain" where chance may have narrowed the samples."""
-        if self.spread >= NOT_IDENTIFIED:
+        """One of "narrowed", "weakly narrowed", "not identified", or "uncertain" where chance may have narrowed the samples.
+
+        Nothing is called identified: samples that are drawn ever closer about the ones before do not show that other values fit worse.
+        """
+        if self.extent >= NOT_IDENTIFIED:
             return "not identified"
         if self.spread >= self.by_chance:
             return "uncertain"
-        return "identified" if self.spread <= IDENTIFIED else "weakly identified"
+        return "narrowed" if self.extent <= NARROWED else "weakly narrowed"
+
+    @property
+    def widest(self) -> tuple[float, float]:
+        """The wider of the two ranges, of the weight and of the close fits."""
+        return max(self.close, (self.low, self.high), key=lambda ends: ends[1] - ends[0])
 
     @property
     def reached_ends(self) -> tuple[float, ...]:
-        """The ends of the range that the interval reaches, to within a hundredth of the range, of a parameter that is not left open anyway."""
+        """The ends of the range that the wider range reaches, to within a hundredth, of a parameter that is not left open anyway."""
         if self.verdict in ("not identified", "uncertain"):
             return ()
         near = 0.01 * (self.range[1] - self.range[0])
-        return tuple(end for end, reached in zip(self.range, (self.low, self.high)) if abs(reached - end) <= near)
+        return tuple(end for end, reached in zip(self.range, self.widest) if abs(reached - end) <= near)
 
     def sentences(self) -> tuple[str, ...]:
         """The finding in words, in markup."""
         label, unit = self.quantity.label, _unit(self.quantity)
-        interval = numbers.between(self.low, self.high) + unit
+        holds = "at least fit about as well" if self.widest == self.close else f"hold {MOST}"
+        values = f"{numbers.between(*self.widest)}{unit}{self._in_plain_units()} {holds}"
+        estimate = f"{numbers.estimate(self.mean, self.std)}{unit}"
         if self.verdict == "not identified":
-            said = [f"{label} is not identified: {interval} fit about equally."]
+            said = [f"{label} is not identified: {values}."]
         elif self.verdict == "uncertain":
-            said = [f"{label} = {numbers.estimate(self.mean, self.std)}{unit}, perhaps: chance alone may narrow samples as far."]
-        elif self.verdict == "weakly identified":
-            said = [f"{label} = {numbers.estimate(self.mean, self.std)}{unit}, weakly identified: {MOST} lies from {numbers.between(self.low, self.high)}."]
+            said = [f"{label} is uncertain: {values}, and chance alone may narrow samples as far as to {estimate}."]
         else:
-            said = [f"{label} = {numbers.estimate(self.mean, self.std)}{unit}{self._in_plain_units()}."]
+            said = [f"{label} is {self.verdict}: {values}; the weighted samples are at {estimate}."]
         if self.reached_ends:
             ends = " and ".join(numbers.short(end) for end in self.reached_ends)
-            said.append(f"Its interval reaches the end of its range at {ends}{unit}: where values beyond make sense, widen it.")
+            said.append(f"These values reach the end of its range at {ends}{unit}: where values beyond make sense, widen it.")
+        if self.truth is not None:
+            said.append(self._beside_truth())
         return tuple(said)
+
+    def _beside_truth(self) -> str:
+        """Whether each of the ranges covers the known value."""
+        weighted, close = (low <= self.truth <= high for low, high in ((self.low, self.high), self.close))
+        said = {
+            (True, True): "lies in {} and among the values that fit about as well",
+            (True, False): "lies in {}, but not among the values that fit about as well",
+            (False, True): "lies outside {}, but among the values that fit about as well",
+            (False, False): "lies outside {} and the values that fit about as well",
+        }[weighted, close]
+        interval = f"the {100 * PROBABILITY:.0f} % interval ({numbers.between(self.low, self.high)})"
+        return f"The truth, {numbers.short(self.truth)}{_unit(self.quantity)}, {said.format(interval)}."
 
     def _in_plain_units(self) -> str:
         """For a logarithm of a quantity with a unit, the quantity itself."""
         prefix, _, unit = self.quantity.unit.partition(" ")
         if prefix != "log_{10}" or not unit or not self.quantity.label.startswith("log "):
             return ""
-        power = 3 * math.floor(self.mean / 3)
+        power = 3 * math.floor(sum(self.widest) / 6)
         prefixes = {3: "k", 6: "M", 9: "G", -3: "m", -6: "µ", 0: ""}
         if power not in prefixes:
             return ""
-        low, high = (10 ** (self.mean + sign * self.std - power) for sign in (-1, 1))
-        return f", so {self.quantity.label[4:]} from {numbers.between(low, high)} {prefixes[power]}{unit}"
+        low, high = (10 ** (end - power) for end in self.widest)
+        return f" ({self.quantity.label[4:]} from {numbers.between(low, high)} {prefixes[power]}{unit})"
 
 
-def find(space: ParameterSpace, iterations: Sequence[Iteration]) -> tuple[Finding, ...]:
-    """What the iterations of a filter say of each parameter; nothing where none has weights."""
+def find(space: ParameterSpace, iterations: Sequence[Iteration], truth: Mapping[str, float] = MappingProxyType({})) -> tuple[Finding, ...]:
+    """What the iterations of a filter say of each parameter, beside the known values of some; nothing where none has weights."""
     weighted = [iteration for iteration in iterations if not iteration.unweighted]
-    return judge(space, weighted[-1].posterior, narrowing_by_chance(weighted)) if weighted else ()
+    return judge(space, weighted[-1].posterior, close_fits(iterations), narrowing_by_chance(weighted), truth) if weighted else ()
 
 
-def judge(space: ParameterSpace, posterior: Posterior, by_chance: float) -> tuple[Finding, ...]:
-    """What a posterior says of each parameter, where one without effect may narrow to the spread `by_chance`."""
+def judge(
+    space: ParameterSpace, posterior: Posterior, close: CloseFits, by_chance: float, truth: Mapping[str, float] = MappingProxyType({})
+) -> tuple[Finding, ...]:
+    """What a posterior and the close fits say of each parameter, where one without effect may narrow to the spread `by_chance`."""
     mean, std, (low, high) = posterior.mean(), posterior.std(), posterior.interval(PROBABILITY)
     return tuple(
-        Finding(name, quantity, (float(space.low[k]), float(space.high[k])), float(mean[k]), float(std[k]), float(low[k]), float(high[k]), by_chance)
+        Finding(
+            name,
+            quantity,
+            range=(float(space.low[k]), float(space.high[k])),
+            mean=float(mean[k]),
+            std=float(std[k]),
+            low=float(low[k]),
+            high=float(high[k]),
+            close=(float(close.low[k]), float(close.high[k])),
+            by_chance=by_chance,
+            truth=truth.get(name),
+        )
         for k, (name, quantity) in enumerate(zip(space.names, parameters(space)))
     )
 
 
-def rule(findings: Sequence[Finding]) -> str:
+def legend(close: CloseFits, iteration: int) -> str:
+    """What the two ranges in the sentences of findings are, for readers."""
+    few = f" Only {numbers.count(close.count, 'sample')} did so far." if close.count < FEW else ""
+    return (
+        f"Values “fit about as well” where samples that have them come to an error ε of at most {close.limit:.3g} %, {MARGIN:g} percentage points above the smallest.{few} "
+        f"“±” is one standard deviation (sd) of the weighted samples of iteration {iteration}, as the paper reports it: "
+        "it shrinks with every iteration, whatever the noise of the data."
+    )
+
+
+def rule(findings: Sequence[Finding], close: CloseFits) -> str:
     """The rule of the verdicts, for readers."""
     chance = findings[0].by_chance
     if chance < 0.005:
         narrowing = "in these iterations, of so few samples with weight, to next to nothing, so that nearly all that is not beyond two thirds is called uncertain."
     else:
         narrowing = f"in these iterations seldom to below {chance:.2f} of that sd, and what is not below is called uncertain."
+    best = close.limit - MARGIN
+    better = "" if best < OPTIMAL_ERROR else f" Better fits than the best so far, of {best:.3g} %, may lie outside of them altogether."
     return (
-        "“±” is one standard deviation (sd) of the weighted samples. The verdicts compare it with the sd of values spread evenly over the range (its width "
-        "over √12): a parameter is called identified up to a third of that, weakly identified up to two thirds, and not identified beyond. Samples also narrow "
-        f"by chance, along parameters without any effect: {narrowing} Intervals hold {MOST}."
+        f"What fits about as well is what {numbers.count(close.count, 'sample')} of all iterations did. Its margin of {MARGIN:g} percentage points of ε "
+        "is what two runs of the same parameters may differ by in a long shear; short ones repeat better. Such ranges are the least, for values beyond them "
+        f"were seldom tried with all others tuned to them.{better} "
+        "What is left of a parameter's range is the part that they span, or, where it is more, the weighted samples' sd over that of values spread evenly "
+        "over the range (its width over √12). Up to a third is called narrowed, up to two thirds weakly narrowed, and more not identified. None is called "
+        "identified: samples drawn ever closer about the ones before do not show that other values fit worse. Samples also narrow by chance, along parameters "
+        f"without any effect: {narrowing} Intervals hold {MOST}."
     )
 
 

@@ -12,8 +12,9 @@ from graincal.data import ParameterSpace
 from graincal.inference import Iteration
 from graincal.report.drawing import Axis, Bars, Figure, Level, Panel, Points
 from graincal.report.findings import effective_samples, signed, telling_correlation
+from graincal.report.groups import Group, find_groups
 from graincal.report.numbers import count, short
-from graincal.report.palette import BLUE, FAILED, LIMIT, VERMILLION, Style, colours_of, sign_colour
+from graincal.report.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
 from graincal.report.quantities import Quantity, parameters
 
 _BINS = 12
@@ -29,34 +30,40 @@ def draw_pairs(result: Result) -> Figure | None:
     iteration = result.iterations[result.most_probable.iteration]
     carried = count(round(effective_samples(iteration.posterior)), "sample")
     title = f"The {count(len(iteration.samples), 'sample')} of iteration {iteration.index} carry as much as {carried} of equal weight."
-    axes = [_axis(result.space, iteration, k, shown) for k, shown in enumerate(parameters(result.space))]
+    axes = [_axis(result, iteration, k, shown) for k, shown in enumerate(parameters(result.space))]
     n = len(axes)
     if n == 1:
-        panel = Panel("", axes[0], Axis("share of the weight [-]"), _histogram(result.space, iteration, 0, axes[0]))
+        panel = Panel("", axes[0], Axis("share of the weight [-]"), _histogram(result, iteration, 0, axes[0]))
         return Figure("posterior", title, "A weighted histogram over the iteration's samples, not over the whole range.", (panel,))
+    groups = find_groups(result.space, result.posterior)
     caption = (
-        "Axes span the iteration's samples, not the whole ranges; grey lines are ends of a range. Diagonal: weighted histograms. "
+        f"Axes span the iteration's samples{' and the truth' if result.truth else ''}, not the whole ranges; grey lines are ends of a range. Diagonal: weighted histograms. "
         "Below it: the larger and darker a sample, the more weight it carries. Above it: Pearson correlations under the weights, "
     )
     telling = telling_correlation(iteration.posterior)
     caption += f"coloured from {telling:.2f} on, up or down: less may be chance." if telling <= 1 else "none coloured: on so few samples with weight, any may be chance."
+    caption += " These weights grow narrower with every iteration; which values fit about as well, the samples' figure and the table of the parameters show."
     cells = [[_cell(float(r), telling) for r in row] for row in iteration.posterior.correlation()]
     panels = tuple(
-        cells[row][column] if column > row else _panel(result.space, iteration, axes, row, column) for row in range(n) for column in range(n)
+        cells[row][column] if column > row else _panel(result, iteration, axes, groups, row, column) for row in range(n) for column in range(n)
     )
     return Figure("posterior", title, caption, panels, columns=n, square=True)
 
 
-def _panel(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> Panel:
+def _panel(result: Result, iteration: Iteration, axes: list[Axis], groups: tuple[Group, ...], row: int, column: int) -> Panel:
     x = axes[column] if row == len(axes) - 1 else _bare(axes[column])
     if column == row:
-        return Panel("", x, Axis(ticks=()), _histogram(space, iteration, row, axes[row]))
-    return Panel("", x, axes[row] if column == 0 else _bare(axes[row]), _scatter(space, iteration, axes, row, column))
+        return Panel("", x, Axis(ticks=()), _histogram(result, iteration, row, axes[row]))
+    marks = (*_scatter(result.space, iteration, axes, row, column), *_centres(groups, row, column), *_truth_of_pair(result, row, column))
+    return Panel("", x, axes[row] if column == 0 else _bare(axes[row]), marks)
 
 
-def _axis(space: ParameterSpace, iteration: Iteration, k: int, shown: Quantity) -> Axis:
-    low, high = float(iteration.samples.theta[:, k].min()), float(iteration.samples.theta[:, k].max())
-    margin = 0.06 * (high - low) or 0.01 * float(space.high[k] - space.low[k])
+def _axis(result: Result, iteration: Iteration, k: int, shown: Quantity) -> Axis:
+    """Over the samples, and the truth where it is known."""
+    values = iteration.samples.theta[:, k]
+    truth = result.truth.get(result.space.names[k], values[0])
+    low, high = float(min(values.min(), truth)), float(max(values.max(), truth))
+    margin = 0.06 * (high - low) or 0.01 * float(result.space.high[k] - result.space.low[k])
     return Axis(shown.axis, (low - margin, high + margin), ticks=_few_ticks(low - margin, high + margin))
 
 
@@ -83,9 +90,30 @@ def _ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[L
     return [Level(float(end), LIMIT, upright=upright) for end in (space.low[k], space.high[k]) if low < end < high]
 
 
-def _histogram(space: ParameterSpace, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
+def _truth(result: Result, k: int, *, upright: bool) -> list[Level]:
+    """The known value of a parameter, where there is one."""
+    truth = result.truth.get(result.space.names[k])
+    return [] if truth is None else [Level(truth, TRUTH, "truth", upright=upright)]
+
+
+def _truth_of_pair(result: Result, row: int, column: int) -> tuple[Level | Points, ...]:
+    """Lines through the known values of a pair, and a point where both are."""
+    levels = [*_truth(result, column, upright=True), *_truth(result, row, upright=False)]
+    point = [Points(np.array([levels[0].at]), np.array([levels[1].at]), TRUTH)] if len(levels) == 2 else []
+    return (*levels, *point)
+
+
+def _centres(groups: tuple[Group, ...], row: int, column: int) -> tuple[Points, ...]:
+    """Where the separate groups have their centres, if there are several."""
+    if not groups:
+        return ()
+    x, y = (np.array([group.centre[k] for group in groups]) for k in (column, row))
+    return (Points(x, y, CENTRE, "centre of a group", notes=tuple(f"centre of a group with {100 * group.share:.0f} % of the weight" for group in groups)),)
+
+
+def _histogram(result: Result, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
     heights, edges = np.histogram(iteration.samples.theta[:, k], bins=_BINS, range=axis.limits, weights=iteration.final_weights)
-    return (Bars(edges, heights, _WEIGHTED), *_ends(space, k, axis, upright=True))
+    return (Bars(edges, heights, _WEIGHTED), *_ends(result.space, k, axis, upright=True), *_truth(result, k, upright=True))
 
 
 def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> tuple[Level | Points, ...]:

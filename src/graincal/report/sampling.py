@@ -6,12 +6,14 @@ import numpy as np
 
 from graincal.campaign import Result
 from graincal.inference import Iteration, Stop
+from graincal.report.close_fits import close_fits
 from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
-from graincal.report.numbers import count
-from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, VERMILLION, Style, sequence
+from graincal.report.numbers import count, value
+from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
 from graincal.report.quantities import parameters
 
-_SHOWN_IN_KEY = 7
+_COLOURS = 12
+"""As many as can be told apart; where there are more iterations, neighbours share one."""
 
 
 def draw_samples(result: Result) -> Figure | None:
@@ -20,28 +22,30 @@ def draw_samples(result: Result) -> Figure | None:
         return None
     errors = log_axis("error ε [%]", result.errors)
     above = np.nanmax(result.errors)
-    styles = sequence(len(result.iterations))
-    named = set(np.linspace(0, len(styles) - 1, min(_SHOWN_IN_KEY, len(styles))).round().astype(int))
+    close = close_fits(result.iterations)
+    coloured = _coloured(len(result.iterations))
     panels = []
     for k, shown in enumerate(parameters(result.space)):
         low, high = float(result.space.low[k]), float(result.space.high[k])
         marks: list[Mark] = [Level(low, LIMIT, "range", upright=True), Level(high, LIMIT, upright=True)]
-        for number, (iteration, style) in enumerate(zip(result.iterations, styles)):
-            name = f"iteration {iteration.index}" if number in named else ""
-            marks.append(_points(iteration, k, style, name))
+        marks += [_points(iteration, k, style, name) for iteration, (style, name) in zip(result.iterations, coloured)]
         if result.failures:
             marks.append(Points(result.samples[result.failed, k], np.full(result.failures, above), FAILED, "failed, no error known"))
         for candidate, style, name in ((result.most_probable, MOST_PROBABLE, "most probable"), (result.best, BEST, "best")):
             if candidate:
                 ring = Style(style.colour, symbol="ring", size=12 if name == "best" else 16, width=2)
                 marks.append(Points(candidate.theta[k : k + 1], np.array([candidate.error]), ring, name))
+        marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {close.limit:.3g} %"))
+        if (truth := result.truth.get(result.space.names[k])) is not None:
+            marks.append(Level(truth, TRUTH, "truth", upright=True))
         margin = 0.03 * (high - low)
         panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
     iterations = count(len(result.iterations), "iteration")
     return Figure(
         "samples",
-        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {np.nanmin(result.errors):.3g} to {above:.3g} %.",
-        "Each point is one evaluation, with its error of Eq. 6; darker points are of later iterations, and the grey lines are the ends of the range.",
+        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(np.nanmin(result.errors), 3)} to {value(above, 3)} %.",
+        "Each point is one evaluation, with its error of Eq. 6; darker points are of later iterations, and the grey lines are the ends of the range. "
+        "The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open.",
         tuple(panels),
     )
 
@@ -76,6 +80,13 @@ def draw_convergence(result: Result) -> Figure | None:
         "Dotted: the limits of the error and of s where these criteria are switched on, and the target of the effective part."
     )
     return Figure("convergence", title, caption, panels)
+
+
+def _coloured(iterations: int) -> list[tuple[Style, str]]:
+    """The style of each iteration, and what it is called in the key: every one stands there, alone or with those that share its colour."""
+    groups = np.array_split(np.arange(iterations), min(_COLOURS, iterations))
+    names = [f"iteration {group[0]}" if len(group) == 1 else f"iterations {group[0]} to {group[-1]}" for group in groups]
+    return [(style, name) for style, name, group in zip(sequence(len(groups)), names, groups) for _ in group]
 
 
 def _points(iteration: Iteration, k: int, style: Style, name: str) -> Points:

@@ -10,6 +10,7 @@ from graincal.models import StressPathTest
 from graincal.models.stress_path import PRECISIONS
 from graincal.report import numbers
 from graincal.report.findings import PROBABILITY, Finding
+from graincal.report.groups import find_groups
 from graincal.report.quantities import parameters, quantity
 from graincal.report.run_times import failure_kinds
 
@@ -24,21 +25,33 @@ class Table:
 
 
 def of_parameters(result: Result, findings: tuple[Finding, ...]) -> Table:
-    """Each parameter: range, moments, interval, the best and the most probable value."""
-    head = ["parameter", "unit", "range"]
+    """Each parameter: range, truth where one is known, values that fit about as well, moments, interval, the best and the most probable value."""
+    head = ["parameter", "range"] + (["truth"] if result.truth else [])
     if findings:
-        head += ["mean ± sd", f"{100 * PROBABILITY:.0f} % interval", "sd / range's sd", "verdict"]
-    candidates = {"best": result.best, "most probable": result.most_probable}
-    head += [name for name, candidate in candidates.items() if candidate]
+        head += ["fit about as well", f"{100 * PROBABILITY:.0f} % interval", "mean ± sd", "sd / range's sd", "verdict"]
+    candidates = {name: candidate for name, candidate in (("best", result.best), ("most probable", result.most_probable)) if candidate}
+    head += candidates
     rows = []
     for k, shown in enumerate(parameters(result.space)):
-        row = [shown.label, shown.unit or "", f"{numbers.short(result.space.low[k])} to {numbers.short(result.space.high[k])}"]
+        row = [shown.axis, f"{numbers.short(result.space.low[k])} to {numbers.short(result.space.high[k])}"]
+        if result.truth:
+            truth = result.truth.get(result.space.names[k])
+            row.append("–" if truth is None else numbers.short(truth))
         if findings:
             found = findings[k]
-            row += [numbers.estimate(found.mean, found.std), numbers.between(found.low, found.high), f"{found.spread:.2f}", found.verdict]
-        row += [numbers.value(candidate.theta[k]) for candidate in candidates.values() if candidate]
+            row += [numbers.between(*found.close), numbers.between(found.low, found.high)]
+            row += [numbers.estimate(found.mean, found.std), f"{found.spread:.2f}", found.verdict]
+        row += [numbers.value(candidate.theta[k]) for candidate in candidates.values()]
         rows.append(tuple(row))
-    return Table(tuple(head), tuple(rows), figures=2)
+    return Table(tuple(head), tuple(rows))
+
+
+def of_groups(result: Result) -> Table | None:
+    """The separate groups that carry the weight: their shares and centres; None for a single one."""
+    groups = find_groups(result.space, result.posterior) if result.posterior else ()
+    rows = [(f"{100 * group.share:.0f} %", *(numbers.value(value) for value in group.centre)) for group in groups]
+    head = ("share of the weight", *(shown.axis for shown in parameters(result.space)))
+    return Table(head, tuple(rows), figures=0) if rows else None
 
 
 def of_iterations(result: Result) -> Table:

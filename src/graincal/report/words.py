@@ -8,16 +8,20 @@ from graincal.campaign import Candidate, Result
 from graincal.inference import sample_size_advice
 from graincal.report import numbers
 from graincal.report.answer import errors_of
-from graincal.report.findings import FEW, Finding, effective_samples, find, trade_offs
+from graincal.report.close_fits import close_fits
+from graincal.report.findings import FEW, Finding, effective_samples, find, legend, trade_offs
+from graincal.report.groups import find_groups
 from graincal.report.markup import to_plain
-from graincal.report.quantities import quantity
+from graincal.report.quantities import parameters, quantity
 
 
 def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
     said = []
     if findings:
-        said.append(("Parameters", tuple(" ".join(finding.sentences()) for finding in findings)))
+        said.append(("Parameters", (legend(close_fits(result.iterations), result.most_probable.iteration), *(" ".join(finding.sentences()) for finding in findings))))
+        if grouped := groups(result):
+            said.append(("Groups", (grouped,)))
         if correlated := trade_offs(result.space, result.posterior):
             said.append(("Correlations", (correlated,)))
     return (*said, ("Fit", (" ".join(fit(result)),)), ("Grade", (" ".join(grade(result)),)), ("End", (" ".join(ending(result)),)))
@@ -25,7 +29,24 @@ def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple
 
 def summarise(result: Result) -> str:
     """What was found, in plain lines for a terminal."""
-    return "\n".join(to_plain(text) for _, paragraphs in found(result, find(result.space, result.iterations)) for text in paragraphs)
+    return "\n".join(to_plain(text) for _, paragraphs in found(result, find(result.space, result.iterations, result.truth)) for text in paragraphs)
+
+
+def groups(result: Result) -> str:
+    """The separate groups of parameter values that carry the weight; empty for a single one."""
+    found = find_groups(result.space, result.posterior)
+    if not found:
+        return ""
+    listed = []
+    for group in found:
+        centre = ", ".join(f"{shown.label} {numbers.value(value, 3)}" for shown, value in zip(parameters(result.space), group.centre))
+        listed.append(f"{100 * group.share:.0f} % about {centre}")
+    rest = 1 - sum(group.share for group in found)
+    listed += [f"{100 * rest:.0f} % elsewhere"] if rest >= 0.005 else []
+    return (
+        f"The weight lies in {len(found)} separate groups of parameter values: {'; '.join(listed)}. Means, ± and correlations are over all of them, and a mean "
+        "may lie where no sample does. Which group is heavier says little: another seed may well settle on another."
+    )
 
 
 def fit(result: Result) -> tuple[str, ...]:
@@ -67,7 +88,7 @@ def cautions(result: Result) -> tuple[str, ...]:
         return ()
     filter = result.calibration.new_filter()
     said = [
-        "The spreads come from the iterative filter: they shrink with each iteration and depend on the effective sample size asked for "
+        "The spreads of the weighted samples depend on the number of iterations and on the effective sample size asked for "
         f"({100 * filter.effective_sample_size:.3g} % of the samples), not on the noise of the measurement. "
         "Read them to compare parameters with each other, not as confidence intervals."
     ]
