@@ -71,6 +71,11 @@ class ParameterSpace:
         """The number of parameters n."""
         return len(self.names)
 
+    @property
+    def log_volume(self) -> float:
+        """The log of the box's volume, in the parameters' own units: minus the log density of a uniform prior."""
+        return float(np.log(self.high - self.low).sum())
+
     def contains(self, theta: ArrayLike) -> NDArray[np.bool_]:
         """Which rows of theta (N, n) lie in the box: (N,)."""
         theta = np.atleast_2d(theta)
