@@ -14,7 +14,7 @@ CONTROL = np.linspace(0, 1, 30)
 EVALUATIONS = 20_000
 
 
-def run(space, reference, model, *, seed=1, batch=2000, **options):
+def run(space, reference, model, *, seed=1, batch=4000, **options):
     """A filter of a deterministic model (N, n) -> (N, T, J), without an emulator."""
     stop = Stop(max_iterations=False, max_evaluations=EVALUATIONS)
     filter = PosteriorFilter(space, reference, emulator=False, first_batch=batch, batch=batch, correlation_length=0.1, stop=stop, seed=seed, **options)
@@ -73,7 +73,7 @@ def test_two_equal_modes_share_the_mass():
     reference = Reference(CONTROL, {"y": truth}, measurement_errors={"y": 0.01})
     shares = []
     for seed in range(20):
-        posterior = run(space, reference, two_modes, seed=seed, batch=4000).posterior
+        posterior = run(space, reference, two_modes, seed=seed).posterior
         shares.append(posterior.weights[posterior.samples[:, 0] > 0.5].sum())
     assert min(shares) >= 0.3 and max(shares) <= 0.7
     assert 0.45 <= np.mean(shares) <= 0.55

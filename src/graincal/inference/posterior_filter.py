@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.inference.batch import Batch
@@ -98,7 +99,9 @@ class PosteriorFilter:
         """
         self._batch.tell(samples, responses, failed, infeasible)
         if not self.finished and self._batch.told.all():
-            self._complete_batch()
+            # By one thread: with several, sums are taken in another order, and the last digits would depend on the machine.
+            with threadpool_limits(1):
+                self._complete_batch()
 
     @property
     def finished(self) -> bool:

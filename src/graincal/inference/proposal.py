@@ -63,13 +63,11 @@ class TruncatedMixture:
         """The log of the density (N,) at theta (N, n), in the parameters' own units: it integrates to 1 over the box and is -inf outside."""
         unit = np.atleast_2d(self.space.to_unit(theta))
         logs = []
-        for mean, covariance in zip(self.means, self.covariances):
-            factor = np.linalg.cholesky(covariance)
-            z = solve_triangular(factor, (unit - mean).T, lower=True)
-            logs.append(-0.5 * np.sum(z**2, axis=0) - np.log(np.diag(factor)).sum() - 0.5 * len(mean) * np.log(2 * np.pi))
+        for mean, factor in zip(self.means, np.linalg.cholesky(self.covariances)):
+            z = (unit - mean) @ solve_triangular(factor, np.eye(len(mean)), lower=True).T
+            logs.append(-0.5 * np.einsum("mi,mi->m", z, z) - np.log(np.diag(factor)).sum() - 0.5 * len(mean) * np.log(2 * np.pi))
         inside = logsumexp(np.array(logs), axis=0, b=self.weights[:, None])
-        volume = np.log(self.space.high - self.space.low).sum()
-        return np.where(self.space.contains(theta), inside - np.log(self.mass) - volume, -np.inf)
+        return np.where(self.space.contains(theta), inside - np.log(self.mass) - self.space.log_volume, -np.inf)
 
     def draw(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """`count` independent points (count, n) of the truncated mixture, drawn from the whole one and kept where they lie in the box.
