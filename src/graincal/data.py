@@ -71,6 +71,11 @@ class ParameterSpace:
         """The number of parameters n."""
         return len(self.names)
 
+    @property
+    def log_volume(self) -> float:
+        """The log of the box's volume, in the parameters' own units: minus the log density of a uniform prior."""
+        return float(np.log(self.high - self.low).sum())
+
     def contains(self, theta: ArrayLike) -> NDArray[np.bool_]:
         """Which rows of theta (N, n) lie in the box: (N,)."""
         theta = np.atleast_2d(theta)
@@ -101,20 +106,47 @@ class Samples:
         return Samples(self.ids[rows], self.theta[rows], self.names)
 
 
+@dataclass(frozen=True)
+class MeasurementError:
+    """How exactly an observable was measured; variances add.
+
+    absolute: standard deviation in the observable's own unit. relative: standard deviation as a share of each value. Both are errors of a device
+    (load cell, volume change, membrane), which are alike at neighbouring states. step: of a display, or of reading a printed curve, in the
+    observable's own unit; its error is uniform, of variance step^2 / 12, and independent from state to state.
+    Raises InputError for a number that is negative or not finite, or when all are zero.
+    """
+
+    absolute: float = 0.0
+    relative: float = 0.0
+    step: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("absolute", "relative", "step"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not (np.isfinite(value) and value >= 0):
+                raise InputError(f"a measurement error's {name} must be a number, not negative, not {value!r}.")
+        if not (self.absolute or self.relative or self.step):
+            raise InputError("a measurement error needs an absolute or relative standard deviation or a step above 0.")
+
+
 @dataclass(frozen=True, init=False, eq=False)
 class Reference:
     """What a test measured: observables on a control variable, plain SI units and fractions, compression positive, logarithmic strain.
 
     `control` (T,) is strictly increasing; `observables` maps names to (T,); `variance_shares` maps the same names to the relative variance w~
-    (equal by default; the smaller, the more trusted); `measurement_errors` maps names to absolute standard deviations.
+    (equal by default; the smaller, the more trusted); `measurement_errors` maps names to `MeasurementError`s, or to absolute standard deviations.
+    `control_step`: the step to which the control was read, in its unit. `simulated`: whether a simulation made this reference, which then scatters
+    like one. Both, and the measurement errors, matter to the posterior alone.
     Raises InputError for lengths that differ, values that are not finite, or a control that does not increase.
     """
 
     control: NDArray[np.float64]
     observables: Mapping[str, NDArray[np.float64]]
     variance_shares: Mapping[str, float]
-    measurement_errors: Mapping[str, float]
+    measurement_errors: Mapping[str, MeasurementError]
     control_name: str
+    control_step: float
+    simulated: bool
     notes: tuple[str, ...] = field(default=())
 
     def __init__(
@@ -122,9 +154,11 @@ class Reference:
         control: ArrayLike,
         observables: Mapping[str, ArrayLike],
         variance_shares: Mapping[str, float] | None = None,
-        measurement_errors: Mapping[str, float] | None = None,
+        measurement_errors: Mapping[str, MeasurementError | float] | None = None,
         *,
         control_name: str = "axial_strain",
+        control_step: float = 0.0,
+        simulated: bool = False,
         notes: tuple[str, ...] = (),
     ) -> None:
         control = _read_only(control, ndim=1, what=f"reference: {control_name}")
@@ -147,17 +181,23 @@ class Reference:
         for name, share in shares.items():
             if not (np.isfinite(share) and share > 0):
                 raise InputError(f"reference: the variance share of {name} must be a positive number, not {share}.")
+        if not (np.isfinite(control_step) and control_step >= 0):
+            raise InputError(f"reference: the step of {control_name} must be a number, not negative, not {control_step}.")
         errors = dict(measurement_errors or {})
         if unknown := set(errors) - set(columns):
             raise InputError(f"reference: measurement errors are given for {', '.join(sorted(unknown))}, the observables are {', '.join(columns)}.")
         for name, error in errors.items():
-            if not (np.isfinite(error) and error > 0):
-                raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
+            if not isinstance(error, MeasurementError):
+                if not (np.isfinite(error) and error > 0):
+                    raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
+                errors[name] = MeasurementError(absolute=float(error))
         object.__setattr__(self, "control", control)
         object.__setattr__(self, "observables", MappingProxyType(columns))
         object.__setattr__(self, "variance_shares", MappingProxyType({name: float(shares[name]) for name in columns}))
         object.__setattr__(self, "measurement_errors", MappingProxyType(errors))
         object.__setattr__(self, "control_name", control_name)
+        object.__setattr__(self, "control_step", float(control_step))
+        object.__setattr__(self, "simulated", bool(simulated))
         object.__setattr__(self, "notes", tuple(notes))
 
     @property

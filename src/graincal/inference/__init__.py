@@ -4,6 +4,7 @@ from graincal.inference.advice import Grade, grade, sample_size_advice
 from graincal.inference.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
 from graincal.inference.iteration import Iteration
 from graincal.inference.posterior import Posterior
+from graincal.inference.posterior_filter import PosteriorFilter
 from graincal.inference.samples import number_of_samples
 from graincal.inference.stop import Stop
 
@@ -19,6 +20,7 @@ __all__ = [
     "IterativeBayesianFilter",
     "Iteration",
     "Posterior",
+    "PosteriorFilter",
     "SequentialMonteCarloFilter",
     "Stop",
     "grade",

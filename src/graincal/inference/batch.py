@@ -13,7 +13,8 @@ from graincal.data import InputError, ParameterSpace, Reference, Samples
 class Batch:
     """The samples of one iteration and what has been told of them.
 
-    `responses` holds one (N, T, J) for each reference, NaN where nothing usable was told; `told` and `failed` are (N,) masks.
+    `responses` holds one (N, T, J) for each reference, NaN where nothing usable was told; `told`, `failed` and `infeasible` are (N,) masks: an
+    infeasible sample, whose parameters are impossible, is a failure too.
     """
 
     def __init__(self, samples: Samples, references: Sequence[Reference], space: ParameterSpace) -> None:
@@ -21,6 +22,7 @@ class Batch:
         self.responses = [np.full((len(samples), *reference.values.shape), np.nan) for reference in references]
         self.told = np.zeros(len(samples), dtype=bool)
         self.failed = np.zeros(len(samples), dtype=bool)
+        self.infeasible = np.zeros(len(samples), dtype=bool)
         # Generous enough for values that went through a table, strict enough to notice another seed or another space.
         self._tolerance = 1e-6 * (space.high - space.low)
 
@@ -28,17 +30,23 @@ class Batch:
         """The samples that have not been told."""
         return self.samples.take(~self.told)
 
-    def tell(self, samples: Samples, responses: Sequence[NDArray[np.float64]] | NDArray[np.float64], failed: ArrayLike | None) -> None:
+    def tell(
+        self,
+        samples: Samples,
+        responses: Sequence[NDArray[np.float64]] | NDArray[np.float64],
+        failed: ArrayLike | None,
+        infeasible: ArrayLike | None = None,
+    ) -> None:
         """Store the responses of some samples, all or (on InputError) none; see `IterativeBayesianFilter.tell`."""
         rows = self._rows(samples)
         arrays = self._arrays(responses, len(rows))
-        lost = np.zeros(len(rows), dtype=bool) if failed is None else np.array(failed, dtype=bool)
-        if lost.shape != rows.shape:
-            raise InputError(f"tell: failed must have one entry for each of the {len(rows)} samples, not the shape {lost.shape}.")
+        lost, impossible = _mask("failed", failed, len(rows)), _mask("infeasible", infeasible, len(rows))
+        lost |= impossible
         for array in arrays:
             lost |= ~np.isfinite(array).all(axis=(1, 2))
         self.told[rows] = True
         self.failed[rows] = lost
+        self.infeasible[rows] = impossible
         for mine, array in zip(self.responses, arrays):
             mine[rows[~lost]] = array[~lost]
 
@@ -85,3 +93,10 @@ def _numbers(response: ArrayLike) -> NDArray[np.float64]:
         return np.asarray(response, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError("tell: responses must be numbers, in arrays with as many rows for every sample.") from None
+
+
+def _mask(name: str, marks: ArrayLike | None, count: int) -> NDArray[np.bool_]:
+    mask = np.zeros(count, dtype=bool) if marks is None else np.array(marks, dtype=bool)
+    if mask.shape != (count,):
+        raise InputError(f"tell: {name} must have one entry for each of the {count} samples, not the shape {mask.shape}.")
+    return mask

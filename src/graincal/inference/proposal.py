@@ -63,13 +63,11 @@ class TruncatedMixture:
         """The log of the density (N,) at theta (N, n), in the parameters' own units: it integrates to 1 over the box and is -inf outside."""
         unit = np.atleast_2d(self.space.to_unit(theta))
         logs = []
-        for mean, covariance in zip(self.means, self.covariances):
-            factor = np.linalg.cholesky(covariance)
-            z = solve_triangular(factor, (unit - mean).T, lower=True)
-            logs.append(-0.5 * np.sum(z**2, axis=0) - np.log(np.diag(factor)).sum() - 0.5 * len(mean) * np.log(2 * np.pi))
+        for mean, factor in zip(self.means, np.linalg.cholesky(self.covariances)):
+            z = (unit - mean) @ solve_triangular(factor, np.eye(len(mean)), lower=True).T
+            logs.append(-0.5 * np.einsum("mi,mi->m", z, z) - np.log(np.diag(factor)).sum() - 0.5 * len(mean) * np.log(2 * np.pi))
         inside = logsumexp(np.array(logs), axis=0, b=self.weights[:, None])
-        volume = np.log(self.space.high - self.space.low).sum()
-        return np.where(self.space.contains(theta), inside - np.log(self.mass) - volume, -np.inf)
+        return np.where(self.space.contains(theta), inside - np.log(self.mass) - self.space.log_volume, -np.inf)
 
     def draw(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """`count` independent points (count, n) of the truncated mixture, drawn from the whole one and kept where they lie in the box.
@@ -100,23 +98,25 @@ def fit_mixture(
     rng: np.random.Generator,
     *,
     covariance: str = "tied",
+    components: int | None = None,
+    copies: int | None = None,
 ) -> TruncatedMixture:
     """The mixture that describes samples theta (N, n) with their normalised weights (N,), to propose the next ones from.
 
-    A variational Gaussian mixture under a Dirichlet process of at most N / 10 components, which share one covariance ("tied") or have
-    their own ("full"). It takes no weights, so it is trained on 10 N systematically resampled copies, scaled by the box.
+    A variational Gaussian mixture under a Dirichlet process of at most `components` (N / 10 by default), which share one covariance ("tied") or have
+    their own ("full"). It takes no weights, so it is trained on `copies` (10 N by default) systematically resampled, scaled by the box.
     Source: Cheng et al. (2019); Hartmann, Cheng, Thornton (2022), section 2.2.
     """
-    rows = systematic_resampling(weights, 10 * len(theta), rng)
-    copies = space.to_unit(theta)[rows]
-    components = max(1, len(theta) // 10)
+    rows = systematic_resampling(weights, copies or 10 * len(theta), rng)
+    copied = space.to_unit(theta)[rows]
+    components = components or max(1, len(theta) // 10)
     floor = LEAST_WIDTH**2
     # One start: the best of several is the one that hugs the clumps of copies closest, and the iterations then narrow too early.
     mixture = BayesianGaussianMixture(
         n_components=components,
         covariance_type=covariance,
         weight_concentration_prior_type="dirichlet_process",
-        covariance_prior=np.atleast_2d(np.cov(copies.T)) + floor * np.eye(space.size),
+        covariance_prior=np.atleast_2d(np.cov(copied.T)) + floor * np.eye(space.size),
         reg_covar=floor,
         max_iter=1000,
         random_state=int(rng.integers(2**31)),
@@ -125,7 +125,7 @@ def fit_mixture(
     with threadpool_limits(1), warnings.catch_warnings():
         # A fit that has not converged, or has fewer points than components, is a proposal all the same.
         warnings.simplefilter("ignore", ConvergenceWarning)
-        mixture.fit(copies)
+        mixture.fit(copied)
     covariances = np.broadcast_to(mixture.covariances_, (components, space.size, space.size))
     return TruncatedMixture(space, mixture.weights_ / mixture.weights_.sum(), mixture.means_, covariances)
 

@@ -23,6 +23,8 @@ class Stop:
     `max_iterations`: so many iterations are complete, iteration 0 included.
     `max_evaluations`: the next iteration would bring the evaluations above this. An iteration is never shortened: its number of samples is
     part of the method (Eq. 4).
+    `posterior_shift`: for `PosteriorFilter`, which looks at this and the limits alone: two batches in succession moved no parameter's posterior mean
+    by more than so many standard deviations, and changed no standard deviation by a factor whose log is more.
     Raises InputError for values that are not positive numbers (increments and errors may be 0), and when nothing would ever stop.
     """
 
@@ -32,6 +34,7 @@ class Stop:
     error_increment: float | Literal[False] = 0.2
     max_iterations: int | Literal[False] = 20
     max_evaluations: int | Literal[False] = False
+    posterior_shift: float | Literal[False] = 0.25
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self)):

@@ -1,0 +1,81 @@
+"""A proposal that leaves nothing out: a mixture fitted to a posterior, its wide shadow, and a share of the prior."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from graincal.data import ParameterSpace
+from graincal.inference.proposal import LEAST_MASS, ProposalOutsideBox, TruncatedMixture, fit_mixture
+
+# Of every component a part is as many times as wide, so that the tails of the proposal are heavier than those of what it was fitted to.
+WIDE_PART, WIDER = 0.25, 2.5
+
+# The prior's share, which finds a mode that no evaluation has shown yet, and bounds the weights.
+PRIOR_SHARE = 0.1
+
+# A fit to a posterior's samples: so many components at most, and copies of samples that it is trained on.
+COMPONENTS, COPIES = 15, 3000
+
+
+@dataclass(frozen=True, eq=False)
+class DefensiveMixture:
+    """A density on the box: `prior_share` of it uniform, the rest a truncated mixture. None for the mixture: all of it uniform."""
+
+    space: ParameterSpace
+    mixture: TruncatedMixture | None = None
+    prior_share: float = PRIOR_SHARE
+
+    @classmethod
+    def fitted(cls, space: ParameterSpace, theta: NDArray[np.float64], weights: NDArray[np.float64], rng: np.random.Generator) -> DefensiveMixture:
+        """To samples theta (N, n) with weights (N,) that sum to 1."""
+        core = fit_mixture(space, theta, weights, rng, covariance="full", components=min(COMPONENTS, max(1, len(theta) // 10)), copies=COPIES)
+        used = core.weights > 1e-3
+        weights, means, covariances = core.weights[used], core.means[used], core.covariances[used]
+        both = np.concatenate([(1 - WIDE_PART) * weights, WIDE_PART * weights])
+        return cls(space, TruncatedMixture(space, both / both.sum(), np.tile(means, (2, 1)), np.concatenate([covariances, WIDER**2 * covariances])))
+
+    def log_density(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The log of the density (N,) at theta (N, n), in the parameters' own units; -inf outside the box."""
+        uniform = np.where(self.space.contains(theta), -self.space.log_volume, -np.inf)
+        if self.mixture is None:
+            return uniform
+        return np.logaddexp(np.log(self.prior_share) + uniform, np.log1p(-self.prior_share) + self.mixture.log_density(theta))
+
+    def draw(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """`count` points (count, n), each distributed as the density says, spread out: a scrambled Halton sequence carried over into it.
+
+        Raises ProposalOutsideBox where next to nothing of the mixture lies in the box.
+        """
+        size = self.space.size
+        sequence = qmc.Halton(d=size + 1, scramble=True, seed=rng)
+        kept = np.empty((0, size))
+        if self.mixture is None:
+            kept = sequence.random(count)[:, 1:]
+        else:
+            mass = self.mixture.mass
+            if mass < LEAST_MASS:
+                raise ProposalOutsideBox(f"only {mass:.1e} of the proposal's mass lies within the parameters' ranges")
+            # What is drawn from the whole mixture and falls outside is left out, which is to draw from the truncated one: its share of the draws
+            # has to be the larger for it.
+            share = self.prior_share / (self.prior_share + (1 - self.prior_share) / mass)
+            bounds = np.concatenate([[share], share + (1 - share) * np.cumsum(self.mixture.weights)])
+            factors = np.linalg.cholesky(self.mixture.covariances)
+            for _ in range(100):
+                uniform = sequence.random(max(64, int(np.ceil(count / mass))))
+                component = np.minimum(np.searchsorted(bounds, uniform[:, 0], side="right") - 1, len(factors) - 1)
+                normal = ndtri(np.clip(uniform[:, 1:], 1e-12, 1 - 1e-12))
+                unit = np.where(
+                    (component < 0)[:, None], uniform[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal)
+                )
+                kept = np.concatenate([kept, unit[np.all((unit >= 0) & (unit <= 1), axis=1)]])
+                if len(kept) >= count:
+                    break
+            else:
+                raise ProposalOutsideBox(f"{len(kept)} of {count} draws from the proposal fell within the parameters' ranges in 100 rounds")
+        # low + 1 * (high - low) may round to the number after high.
+        return np.clip(self.space.from_unit(kept[:count]), self.space.low, self.space.high)

@@ -1,0 +1,116 @@
+"""What the evaluations so far say of the posterior, through an emulator of each experiment's response."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from graincal.data import Reference
+from graincal.inference.emulator import Emulator
+from graincal.inference.error_model import ErrorModel
+from graincal.inference.evaluations import Evaluations
+from graincal.inference.explore import Explored, explore
+from graincal.inference.importance import normalised, pareto_k
+from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.posterior import Posterior
+
+# An emulator is asked how it does near the posterior; every evaluation counts there a little, so that there is an answer when none carries weight.
+LEAST_COUNT = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Emulation:
+    """The emulated posterior.
+
+    posterior: weighted samples. answer (n,): its maximum. log_evidence with its standard deviation: of the references, under the prior.
+    held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses.
+    coverage: how many of them lie in their 90 % intervals. weights (N,): of the evaluations themselves, zero where they carry none;
+    effective_sample_size, a number of evaluations, and pareto_k tell what they are good for.
+    """
+
+    emulators: tuple[Emulator, ...]
+    likelihoods: tuple[ReducedLikelihood, ...]
+    explored: Explored
+    posterior: Posterior
+    answer: NDArray[np.float64]
+    held_out: tuple[float, ...]
+    coverage: float
+    weights: NDArray[np.float64]
+    pareto_k: float
+
+    @property
+    def log_evidence(self) -> float:
+        """The log of the probability of the references."""
+        return self.explored.log_evidence
+
+    @property
+    def effective_sample_size(self) -> float:
+        """Of the evaluations, as a number of them."""
+        return float(1 / np.sum(self.weights**2)) if self.weights.any() else 0.0
+
+    @property
+    def predicts(self) -> bool:
+        """Whether the emulators say more than that responses are like those already seen."""
+        return max(self.held_out) < 1
+
+    def log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The emulated log likelihood (M,) at points (M, n) of the unit cube."""
+        return sum(likelihood(*emulator.predict(unit)) for likelihood, emulator in zip(self.likelihoods, self.emulators))
+
+
+def emulate(
+    evaluations: Evaluations,
+    references: Sequence[Reference],
+    errors: Sequence[ErrorModel],
+    scatters: Sequence[bool],
+    rng: np.random.Generator,
+    before: Emulation | None = None,
+) -> Emulation:
+    """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added."""
+    usable, unit, space = evaluations.usable, evaluations.unit, evaluations.space
+    emulators, likelihoods = [], []
+    for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
+        emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None)
+        added = np.diag(emulator.truncation) + (emulator.simulator if scatter else 0)
+        emulators.append(emulator)
+        likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, added))
+
+    def log_likelihood(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
+
+    explored = explore(space, log_likelihood, rng)
+    # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
+    logs = np.where(evaluations.infeasible, -np.inf, log_likelihood(unit))
+    log_weights = evaluations.log_weights(logs, np.full(len(evaluations), True))
+    weights = normalised(log_weights) if np.isfinite(log_weights).any() else np.zeros(len(evaluations))
+    near = np.maximum(weights[usable], LEAST_COUNT / usable.sum())
+    held_out = [emulator.held_out() for emulator in emulators]
+    return Emulation(
+        tuple(emulators),
+        tuple(likelihoods),
+        explored,
+        Posterior(space.names, explored.theta, explored.weights),
+        _maximum(log_likelihood, space, explored),
+        tuple(float(np.sqrt(np.average(each.error**2, weights=near))) for each in held_out),
+        float(np.mean([each.within.mean() for each in held_out])),
+        weights,
+        pareto_k(log_weights),
+    )
+
+
+def _maximum(log_likelihood, space, explored: Explored) -> NDArray[np.float64]:
+    """The maximum of the emulated posterior, from the best of its samples on."""
+    start = space.to_unit(explored.theta[int(np.argmax(explored.log_likelihood))])
+    step = 1e-4 * np.eye(space.size)
+
+    def downhill(point: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        logs = log_likelihood(np.concatenate([point[None], point + step, point - step]))
+        return -logs[0], (logs[space.size + 1 :] - logs[1 : space.size + 1]) / 2e-4
+
+    found = minimize(downhill, start, jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50})
+    best = found.x if -found.fun >= explored.log_likelihood.max() else start
+    return np.clip(space.from_unit(best), space.low, space.high)

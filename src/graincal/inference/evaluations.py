@@ -1,0 +1,77 @@
+"""Everything that has been told to a posterior filter, and the densities that it was drawn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import ParameterSpace
+from graincal.inference.batch import Batch
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.importance import log_importance_weights
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluations:
+    """N evaluations in the order asked.
+
+    theta (N, n); responses, one (N, T, J) for each reference, NaN where there is none. proposal (N,): the number of the density that each was drawn
+    from, -1 for one that was chosen, which carries no weight. infeasible (N,): no response, for the parameters are impossible: the likelihood
+    is zero. missing (N,): no response for another reason, which says nothing of the parameters.
+    """
+
+    space: ParameterSpace
+    theta: NDArray[np.float64]
+    responses: tuple[NDArray[np.float64], ...]
+    proposal: NDArray[np.int64]
+    missing: NDArray[np.bool_]
+    infeasible: NDArray[np.bool_]
+    proposals: tuple[DefensiveMixture, ...] = ()
+
+    @classmethod
+    def none(cls, space: ParameterSpace, shapes: list[tuple[int, int]]) -> Evaluations:
+        """Before the first; shapes: (T, J) of each reference."""
+        nothing = np.empty(0, dtype=bool)
+        return cls(space, np.empty((0, space.size)), tuple(np.empty((0, *shape)) for shape in shapes), np.empty(0, dtype=np.int64), nothing, nothing)
+
+    def __len__(self) -> int:
+        return len(self.theta)
+
+    def with_batch(self, batch: Batch, proposal: DefensiveMixture, drawn: int) -> Evaluations:
+        """And those of a batch, whose first `drawn` samples came from the proposal and whose others were chosen."""
+        number = np.where(np.arange(len(batch.samples)) < drawn, len(self.proposals), -1)
+        return replace(
+            self,
+            theta=np.concatenate([self.theta, batch.samples.theta]),
+            responses=tuple(np.concatenate([known, new]) for known, new in zip(self.responses, batch.responses)),
+            proposal=np.concatenate([self.proposal, number]),
+            missing=np.concatenate([self.missing, batch.failed & ~batch.infeasible]),
+            infeasible=np.concatenate([self.infeasible, batch.infeasible]),
+            proposals=(*self.proposals, proposal),
+        )
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """Which have responses, (N,)."""
+        return ~(self.missing | self.infeasible)
+
+    @property
+    def unit(self) -> NDArray[np.float64]:
+        """theta on the unit cube."""
+        return self.space.to_unit(self.theta)
+
+    def log_weights(self, log_likelihood: NDArray[np.float64], counted: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """log w (N,) for log likelihoods (N,): against all densities that the `counted` samples were drawn from, as many as each of them is of.
+
+        Samples that are not counted, and those that were chosen, have none (-inf).
+        """
+        drawn = counted & (self.proposal >= 0)
+        counts = np.bincount(self.proposal[drawn], minlength=len(self.proposals))
+        asked = np.flatnonzero(counts)
+        logs = np.full(len(self), -np.inf)
+        if drawn.any():
+            densities = np.array([self.proposals[k].log_density(self.theta[drawn]) for k in asked])
+            logs[drawn] = log_importance_weights(log_likelihood[drawn] - self.space.log_volume, densities, counts[asked])
+        return logs

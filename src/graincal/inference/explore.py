@@ -1,0 +1,70 @@
+"""The posterior of a likelihood that costs next to nothing: samples with weights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import ParameterSpace
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.importance import log_evidence, log_importance_weights, normalised, pareto_k
+from graincal.inference.tempering import temper
+
+# Particles that find the posterior; then so many draws from a density fitted to them, in two rounds or more, until so many samples are effective.
+PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 512, 2048, 1000, 5
+
+
+@dataclass(frozen=True, eq=False)
+class Explored:
+    """theta (M, n) with log_weights (M,), and log_likelihood (M,) of each. log_evidence, and its standard deviation over such explorations.
+
+    proposal: the density that the last draws came from, fitted to the posterior."""
+
+    theta: NDArray[np.float64]
+    log_weights: NDArray[np.float64]
+    log_likelihood: NDArray[np.float64]
+    log_evidence: float
+    log_evidence_std: float
+    proposal: DefensiveMixture
+
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        """Weights that sum to 1."""
+        return normalised(self.log_weights)
+
+    @property
+    def effective_sample_size(self) -> float:
+        """As a number of samples."""
+        return float(1 / np.sum(self.weights**2))
+
+    @property
+    def pareto_k(self) -> float:
+        """Of the weights' tail; see `importance.pareto_k`."""
+        return pareto_k(self.log_weights)
+
+
+def explore(
+    space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], rng: np.random.Generator, *, power: float = 1.0
+) -> Explored:
+    """Samples of prior times likelihood^power; log_likelihood takes points (M, n) of the unit cube. The prior is uniform on the box.
+
+    Tempering finds where the posterior is; its samples are moved along and not independent. So a density is fitted to them, and what is returned are
+    draws from that, weighted: their errors are those of independent draws, and the weights tell whether the fit was good.
+    """
+    found = temper(log_likelihood, space.size, PARTICLES, rng, power=power)
+    theta, weights = space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES)
+    proposals, drawn, logs = [], np.empty((0, space.size)), np.empty(0)
+    while len(proposals) < 2 or (len(proposals) < MOST_ROUNDS and 1 / np.sum(weights**2) < EFFECTIVE):
+        proposals.append(DefensiveMixture.fitted(space, theta, weights, rng))
+        new = proposals[-1].draw(DRAWS, rng)
+        drawn = np.concatenate([drawn, new])
+        logs = np.concatenate([logs, log_likelihood(space.to_unit(new))])
+        densities = np.array([proposal.log_density(drawn) for proposal in proposals])
+        log_weights = log_importance_weights(power * logs - space.log_volume, densities, np.full(len(proposals), DRAWS))
+        theta, weights = drawn, normalised(log_weights)
+    size = len(log_weights)
+    std = float(np.sqrt(max(size * np.sum(weights**2) - 1, 0) / size))
+    return Explored(drawn, log_weights, logs, log_evidence(log_weights, size), std, proposals[-1])

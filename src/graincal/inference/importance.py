@@ -1,0 +1,50 @@
+"""Weights of samples that were drawn from several densities, and what they say of themselves."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+from scipy.stats import genpareto
+
+
+def log_importance_weights(log_target: NDArray[np.float64], log_proposals: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
+    """log w (N,) of samples against everything that was asked: log target - log sum_k (N_k / N) q_k.
+
+    log_target (N,): prior times likelihood. log_proposals (K, N): the density of each proposal at every sample. counts (K,): how many each was asked
+    for. Together the proposals are one mixture, from which the samples are a stratified draw: "deterministic mixture" or "balance heuristic", Veach
+    and Guibas (1995), Owen and Zhou (2000).
+    """
+    shares = counts / counts.sum()
+    return log_target - logsumexp(log_proposals, axis=0, b=shares[:, None])
+
+
+def normalised(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The weights (N,) that sum to 1."""
+    return np.exp(log_weights - logsumexp(log_weights))
+
+
+def log_evidence(log_weights: NDArray[np.float64], asked: int) -> float:
+    """The log of the mean weight: of the integral of prior times likelihood."""
+    return float(logsumexp(log_weights) - np.log(asked))
+
+
+def pareto_k(log_weights: NDArray[np.float64]) -> float:
+    """The shape k of the tail of the weights; above 0.7 a few samples decide what all say (Vehtari et al. 2024, Pareto smoothed importance sampling).
+
+    A generalised Pareto distribution fitted to the largest min(N / 5, 3 sqrt N) weights. NaN for fewer than 25 samples of weight.
+    """
+    weights = np.sort(normalised(log_weights[np.isfinite(log_weights)]))
+    size = int(min(len(weights) / 5, 3 * np.sqrt(len(weights))))
+    if size < 5:
+        return np.nan
+    tail = weights[-size:] - weights[-size - 1]
+    if not tail[-1] > 0:
+        return -np.inf
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        k = genpareto.fit(tail[tail > 0] / tail[-1], floc=0)[0]
+    # The weakly informative prior of the paper, ten samples of k = 0.5.
+    return float((size * k + 10 * 0.5) / (size + 10))

@@ -1,0 +1,274 @@
+"""The filter whose posterior means what it says, driven by ask and tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from threadpoolctl import threadpool_limits
+
+from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference.batch import Batch
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.direct import Weighed, weigh_directly
+from graincal.inference.emulation import Emulation, emulate
+from graincal.inference.error_model import error_model
+from graincal.inference.errors import gl_error, observable_errors, sample_errors
+from graincal.inference.evaluations import Evaluations
+from graincal.inference.importance import normalised
+from graincal.inference.iteration import Iteration
+from graincal.inference.posterior import Posterior
+from graincal.inference.stop import Stop
+
+# The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
+REPLICATES = 3
+
+
+class PosteriorFilter:
+    """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
+
+    A first batch fills the box. After each batch the responses are emulated (`emulate`) and the next one is drawn from a density fitted to the
+    emulated posterior; one sample of each is its maximum. Every evaluation is used. At the end the maximum is run three times.
+
+    >>> filter = PosteriorFilter(space, reference, seed=1)      # doctest: +SKIP
+    >>> while not filter.finished:
+    ...     samples = filter.ask()
+    ...     filter.tell(samples, [curves(theta) for theta in samples.theta])
+
+    The state is a function of the arguments and of what was told, as that of `IterativeBayesianFilter`: telling again what was stored, in any order
+    within a batch, restores a filter bit for bit. It never ends in an exception.
+
+    Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
+    `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
+    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `scatters`: for each reference,
+    whether the lab's sample is one of many like the model's runs, because these are spread over several packings; what runs at one Theta scatter by
+    is then added to the errors, as it is where a reference was simulated itself. `seed` is a whole number, not negative.
+    Raises InputError for arguments that cannot be used.
+    """
+
+    def __init__(
+        self,
+        space: ParameterSpace,
+        references: Reference | Sequence[Reference],
+        *,
+        first_batch: int | None = None,
+        batch: int | None = None,
+        correlation_length: float | None = None,
+        discrepancy: bool = False,
+        emulator: bool = True,
+        scatters: Sequence[bool] | None = None,
+        stop: Stop = Stop(),
+        seed: int = 1,
+    ) -> None:
+        self.space = space
+        self.references = (references,) if isinstance(references, Reference) else tuple(references)
+        self.first_batch = 4 * space.size if first_batch is None else first_batch
+        self.batch = 2 * space.size if batch is None else batch
+        self.emulator = emulator
+        self.stop = stop
+        self.seed = seed
+        self._check(scatters)
+        self.errors = tuple(error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy) for reference in self.references)
+        self.scatters = tuple(
+            reference.simulated or scatter for reference, scatter in zip(self.references, scatters or [False] * len(self.references))
+        )
+        self._evaluations = Evaluations.none(space, [reference.values.shape for reference in self.references])
+        self._iterations: list[Iteration] = []
+        self._emulations: list[Emulation | None] = []
+        self._weighed: list[Weighed | None] = []
+        self._stops: dict[str, str] = {}
+        self._finished = False
+        self._ask(DefensiveMixture(space), self.first_batch)
+
+    def ask(self) -> Samples:
+        """All samples of the current batch that have not been told; none when finished. Asking changes nothing."""
+        return self._batch.untold()
+
+    def tell(
+        self,
+        samples: Samples,
+        responses: NDArray[np.float64] | Sequence[NDArray[np.float64]],
+        failed: ArrayLike | None = None,
+        infeasible: ArrayLike | None = None,
+    ) -> None:
+        """Say what the model returned for some of the samples asked, in any order; the last one told completes the batch.
+
+        As `IterativeBayesianFilter.tell`. `infeasible` (N,) marks samples whose parameters are impossible: they have the likelihood zero, where other
+        failures say nothing of the parameters.
+        """
+        self._batch.tell(samples, responses, failed, infeasible)
+        if not self.finished and self._batch.told.all():
+            # By one thread: with several, sums are taken in another order, and the last digits would depend on the machine.
+            with threadpool_limits(1):
+                self._complete_batch()
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing more to ask."""
+        return self._finished
+
+    @property
+    def stopped_by(self) -> str | None:
+        """The criterion that ended the calibration, None while it runs: a field of `Stop`, or "failures" (no response to learn from)."""
+        return next(iter(self._stops), None) if self._finished else None
+
+    @property
+    def stopped_because(self) -> str | None:
+        """All criteria met, as a sentence; None while it runs."""
+        if not self._finished:
+            return None
+        reasons = "; ".join(self._stops.values())
+        return reasons[0].upper() + reasons[1:] + "."
+
+    @property
+    def iterations(self) -> tuple[Iteration, ...]:
+        """The batches that are complete. Their weights are those of each batch's own samples; `s` is NaN."""
+        return tuple(self._iterations)
+
+    @property
+    def evaluations(self) -> Evaluations:
+        """Everything told, of complete batches."""
+        return self._evaluations
+
+    @property
+    def emulation(self) -> Emulation | None:
+        """What the last batch brought; None without an emulator, and before there are two responses."""
+        return self._emulations[-1] if self._emulations else None
+
+    @property
+    def emulations(self) -> tuple[Emulation | None, ...]:
+        """After each batch."""
+        return tuple(self._emulations)
+
+    @property
+    def weighed(self) -> Weighed | None:
+        """The evaluations by their own responses, without an emulator."""
+        return self._weighed[-1] if self._weighed else None
+
+    @property
+    def posterior(self) -> Posterior | None:
+        """The posterior under the likelihood itself; None before there is one."""
+        if self.emulation:
+            return self.emulation.posterior
+        weighed = self.weighed
+        return Posterior(self.space.names, self._evaluations.theta, normalised(weighed.log_weights)) if weighed else None
+
+    @property
+    def log_evidence(self) -> float:
+        """The log of the probability of the references under the prior; NaN before there is a posterior."""
+        source = self.emulation or self.weighed
+        return source.log_evidence if source else np.nan
+
+    def shift(self, last: int = 0) -> float:
+        """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation."""
+        now, before = self._posteriors()[-1 - last :][:1], self._posteriors()[-2 - last :][:1]
+        if len(self._emulations) < 2 + last or not (now[0] and before[0]):
+            return np.inf
+        (now,), (before,) = now, before
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moved = np.abs(now.mean() - before.mean()) / now.std()
+            stretched = np.abs(np.log(now.std() / before.std()))
+        return float(np.nanmax([*moved, *stretched]))
+
+    # The loop
+
+    def _complete_batch(self) -> None:
+        batch = self._batch
+        self._evaluations = self._evaluations.with_batch(batch, self._proposal, self._drawn)
+        if self._evaluations.usable.sum() < 2:
+            self._emulations.append(None), self._weighed.append(None)
+        elif self.emulator:
+            before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
+            self._emulations.append(emulate(self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate"), before))
+            self._weighed.append(None)
+        else:
+            self._emulations.append(None)
+            self._weighed.append(weigh_directly(self._evaluations, self.references, self.errors))
+        self._iterations.append(self._iteration(batch))
+        if self._stops:
+            self._finished = True
+            return
+        self._stops = self._reached()
+        if self._stops and self.emulation:
+            self._ask(DefensiveMixture(self.space), 0, np.tile(self.emulation.answer, (REPLICATES, 1)))
+        elif self._stops:
+            self._finished = True
+        else:
+            self._propose()
+
+    def _propose(self) -> None:
+        rng = self._rng("propose")
+        emulation = self.emulation
+        if emulation and emulation.predicts:
+            self._ask(emulation.explored.proposal, self.batch - 1, emulation.answer[None])
+            return
+        weighed = self.weighed or weigh_directly(self._evaluations, self.references, self.errors)
+        if weighed is None:
+            self._ask(DefensiveMixture(self.space), self.batch)
+            return
+        self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), self.batch)
+
+    def _ask(self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None) -> None:
+        drawn = proposal.draw(count, self._rng("draw")) if count else np.empty((0, self.space.size))
+        theta = drawn if chosen is None else np.concatenate([drawn, chosen])
+        ids = np.arange(len(theta), dtype=np.int64) + len(self._evaluations)
+        for array in (ids, theta):
+            array.setflags(write=False)
+        self._proposal, self._drawn = proposal, count
+        self._batch = Batch(Samples(ids, theta, self.space.names), self.references, self.space)
+
+    def _reached(self) -> dict[str, str]:
+        """The criteria that are met, with a clause each; as `Stop.reached`."""
+        stop, count = self.stop, len(self._evaluations)
+        met = {}
+        shift = max(self.shift(), self.shift(1))
+        if self.emulator and stop.posterior_shift is not False and shift <= stop.posterior_shift:
+            met["posterior_shift"] = f"the last two batches moved the posterior by at most {shift:.2f} standard deviations, and {stop.posterior_shift:g} is enough"
+        if stop.max_iterations is not False and len(self._iterations) >= stop.max_iterations:
+            met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
+        most = 20 * self.space.size if stop.max_evaluations is False and self.emulator else stop.max_evaluations
+        if most is not False and count + self.batch + (REPLICATES if self.emulator else 0) > most:
+            met["max_evaluations"] = f"{count} evaluations are done, and another batch would exceed the limit of {most}"
+        if met and not self._evaluations.usable.any():
+            return {"failures": f"all {count} evaluations failed"}
+        return met
+
+    def _iteration(self, batch: Batch) -> Iteration:
+        pairs = np.concatenate([observable_errors(x, y) for x, y in zip(batch.responses, self.references)], axis=1)
+        errors = sample_errors(pairs, np.concatenate([reference.shares for reference in self.references]))
+        weights, sample_size, mean_error, unweighted = np.zeros(len(errors)), np.nan, np.nan, "no response to learn from"
+        if not batch.failed.all() and (self.emulation or self.weighed):
+            if self.emulation:
+                logs = self.emulation.log_likelihood(self.space.to_unit(batch.samples.theta))
+            else:
+                logs = self.weighed.log_weights[-len(errors) :]
+            logs = np.where(batch.failed, -np.inf, logs)
+            if np.isfinite(logs).any():
+                weights, unweighted = normalised(logs), ""
+                mean_error = gl_error(weights, errors)
+                sample_size = 1 / (len(weights) * np.sum(weights**2))
+        for array in (batch.failed, pairs, errors, weights):
+            array.setflags(write=False)
+        return Iteration(len(self._iterations), batch.samples, None, batch.failed, pairs, errors, weights[None], np.nan, sample_size, mean_error, unweighted)
+
+    def _posteriors(self) -> list[Posterior | None]:
+        return [emulation.posterior if emulation else None for emulation in self._emulations]
+
+    def _rng(self, purpose: str) -> np.random.Generator:
+        """The random numbers of one purpose after the batches that are complete."""
+        return np.random.default_rng([self.seed, len(self._iterations), sum(purpose.encode())])
+
+    def _check(self, scatters: Sequence[bool] | None) -> None:
+        if not self.references:
+            raise InputError("filter: at least one reference is needed.")
+        for name in ("first_batch", "batch"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 2:
+                raise InputError(f"filter.{name} must be a whole number above 1, not {value!r}.")
+        if scatters is not None and len(scatters) != len(self.references):
+            raise InputError(f"filter.scatters must have one entry for each of the {len(self.references)} references.")
+        if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
+            raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
+        if self.stop.max_evaluations is not False and self.stop.max_evaluations < self.first_batch:
+            raise InputError(f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples.")
