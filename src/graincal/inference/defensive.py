@@ -18,8 +18,8 @@ WIDE_PART, WIDER = 0.25, 2.5
 # The prior's share, which finds a mode that no evaluation has shown yet, and bounds the weights.
 PRIOR_SHARE = 0.1
 
-# A fit to a posterior's samples: so many components at most, and copies of samples that it is trained on.
-COMPONENTS, COPIES = 15, 3000
+# A fit to a posterior's samples: so many components at most, copies of samples that it is trained on, and steps. What the fit lacks the weights mend.
+COMPONENTS, COPIES, STEPS = 10, 2000, 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class DefensiveMixture:
     @classmethod
     def fitted(cls, space: ParameterSpace, theta: NDArray[np.float64], weights: NDArray[np.float64], rng: np.random.Generator) -> DefensiveMixture:
         """To samples theta (N, n) with weights (N,) that sum to 1."""
-        core = fit_mixture(space, theta, weights, rng, covariance="full", components=min(COMPONENTS, max(1, len(theta) // 10)), copies=COPIES)
+        core = fit_mixture(space, theta, weights, rng, covariance="full", components=min(COMPONENTS, max(1, len(theta) // 10)), copies=COPIES, steps=STEPS)
         used = core.weights > 1e-3
         weights, means, covariances = core.weights[used], core.means[used], core.covariances[used]
         both = np.concatenate([(1 - WIDE_PART) * weights, WIDE_PART * weights])

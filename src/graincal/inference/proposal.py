@@ -100,11 +100,13 @@ def fit_mixture(
     covariance: str = "tied",
     components: int | None = None,
     copies: int | None = None,
+    steps: int = 1000,
 ) -> TruncatedMixture:
     """The mixture that describes samples theta (N, n) with their normalised weights (N,), to propose the next ones from.
 
     A variational Gaussian mixture under a Dirichlet process of at most `components` (N / 10 by default), which share one covariance ("tied") or have
-    their own ("full"). It takes no weights, so it is trained on `copies` (10 N by default) systematically resampled, scaled by the box.
+    their own ("full"). It takes no weights, so it is trained on `copies` (10 N by default) systematically resampled, scaled by the box, in
+    so many steps at most.
     Source: Cheng et al. (2019); Hartmann, Cheng, Thornton (2022), section 2.2.
     """
     rows = systematic_resampling(weights, copies or 10 * len(theta), rng)
@@ -118,7 +120,7 @@ def fit_mixture(
         weight_concentration_prior_type="dirichlet_process",
         covariance_prior=np.atleast_2d(np.cov(copied.T)) + floor * np.eye(space.size),
         reg_covar=floor,
-        max_iter=1000,
+        max_iter=steps,
         random_state=int(rng.integers(2**31)),
     )
     # With several threads k-means sums in the order they finish, and the last digits would change from run to run.
