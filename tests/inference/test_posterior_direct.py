@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import cho_factor, cho_solve
 
 from graincal import ParameterSpace, Reference
 from graincal.data import MeasurementError
 from graincal.inference import PosteriorFilter, Stop
+from .linear_curves import CONTROL, CORRELATION_LENGTH, curves, linear_case
 
-CONTROL = np.linspace(0, 1, 30)
 EVALUATIONS = 20_000
 
 
 def run(space, reference, model, *, seed=1, batch=4000, **options):
     """A filter of a deterministic model (N, n) -> (N, T, J), without an emulator."""
     stop = Stop(max_iterations=False, max_evaluations=EVALUATIONS)
-    filter = PosteriorFilter(space, reference, emulator=False, first_batch=batch, batch=batch, correlation_length=0.1, stop=stop, seed=seed, **options)
+    filter = PosteriorFilter(space, reference, emulator=False, first_batch=batch, batch=batch, correlation_length=CORRELATION_LENGTH, stop=stop, seed=seed, **options)
     while not filter.finished:
         samples = filter.ask()
         filter.tell(samples, model(samples.theta))
@@ -26,40 +25,22 @@ def run(space, reference, model, *, seed=1, batch=4000, **options):
 
 @pytest.mark.parametrize("noise", [0.005, 0.05, 0.2])
 def test_a_linear_model_has_its_gaussian_posterior(noise):
-    # y = A theta + e: theta | y is Gaussian about the generalised least squares solution, and the evidence is that of y ~ N(A theta, Sigma)
-    # integrated over a box wide enough (six standard deviations and more each way) to be all of space.
-    design = np.stack([np.ones_like(CONTROL), CONTROL, np.sin(3 * CONTROL)], axis=1)
-    truth = np.array([1.0, 0.5, -0.3])
-    values = design @ truth
-    deviation = noise * np.abs(values).max()
-    reference = Reference(CONTROL, {"y": values + 0.5 * deviation * np.cos(9 * CONTROL)}, measurement_errors={"y": deviation})
-    kernel = np.exp(-np.abs(CONTROL[:, None] - CONTROL[None, :]) / 0.1)
-    covariance = deviation**2 * kernel + (1e-6 * np.abs(reference.values).max()) ** 2 * np.eye(len(CONTROL))
-    factor = cho_factor(covariance, lower=True)
-    exact_covariance = np.linalg.inv(design.T @ cho_solve(factor, design))
-    exact_mean = exact_covariance @ design.T @ cho_solve(factor, reference.values[:, 0])
-    exact_deviation = np.sqrt(np.diag(exact_covariance))
-    # Its centre is not that of the posterior.
-    space = ParameterSpace({name: (m - 7 * s, m + 9 * s) for name, m, s in zip("abc", exact_mean, exact_deviation)})
-    residual = reference.values[:, 0] - design @ exact_mean
-    log_peak = -0.5 * residual @ cho_solve(factor, residual) - np.log(np.diag(factor[0])).sum() - 0.5 * len(CONTROL) * np.log(2 * np.pi)
-    exact_evidence = log_peak + 0.5 * np.linalg.slogdet(2 * np.pi * exact_covariance)[1] - space.log_volume
-
-    filter = run(space, reference, lambda theta: (theta @ design.T)[:, :, None])
+    case = linear_case(noise)
+    filter = run(case.space, case.reference, curves)
     posterior = filter.posterior
 
     weights = posterior.weights
     # Delta method: the variance of a self-normalised estimate of E f is sum w^2 (f - E f)^2 (Owen 2013, Eq. 9.9).
-    centred = posterior.samples - exact_mean
+    centred = posterior.samples - case.mean
     mean_error = np.sqrt(weights**2 @ centred**2)
-    assert np.all(np.abs(posterior.mean() - exact_mean) <= 4 * mean_error)
+    assert np.all(np.abs(posterior.mean() - case.mean) <= 4 * mean_error)
     products = centred[:, :, None] * centred[:, None, :]
     found = np.tensordot(weights, products, axes=1)
-    product_error = np.sqrt(np.tensordot(weights**2, (products - exact_covariance) ** 2, axes=1))
-    assert np.all(np.abs(found - exact_covariance) <= 4 * product_error)
+    product_error = np.sqrt(np.tensordot(weights**2, (products - case.covariance) ** 2, axes=1))
+    assert np.all(np.abs(found - case.covariance) <= 4 * product_error)
     # Standard errors that small say that the samples are where the posterior is.
-    assert np.all(mean_error < 0.05 * exact_deviation)
-    assert filter.log_evidence == pytest.approx(exact_evidence, abs=0.05)
+    assert np.all(mean_error < 0.05 * case.deviation)
+    assert filter.log_evidence == pytest.approx(case.log_evidence, abs=0.05)
 
 
 def two_modes(theta):
@@ -98,7 +79,7 @@ def test_failures_of_the_machine_are_as_if_they_had_never_been_asked():
     # One design, responses of 30 % lost: the posterior is that of the design without those rows.
     space = ParameterSpace({"a": (0, 2), "b": (-1, 1)})
     reference = Reference(CONTROL, {"y": 1 + 0.2 * CONTROL}, measurement_errors={"y": 0.3})
-    options = dict(emulator=False, correlation_length=0.1, seed=1)
+    options = dict(emulator=False, correlation_length=CORRELATION_LENGTH, seed=1)
     whole = PosteriorFilter(space, reference, first_batch=1000, stop=Stop(max_iterations=1), **options)
     samples = whole.ask()
     lost = np.random.default_rng(1).random(len(samples)) < 0.3
@@ -117,11 +98,11 @@ def test_failures_of_the_machine_are_as_if_they_had_never_been_asked():
 def test_infeasible_parameters_have_the_likelihood_zero():
     space = ParameterSpace({"a": (0, 2), "b": (-1, 1)})
     reference = Reference(CONTROL, {"y": 1 + 0.2 * CONTROL}, measurement_errors={"y": 0.3})
-    filter = PosteriorFilter(space, reference, first_batch=1000, emulator=False, correlation_length=0.1, stop=Stop(max_iterations=1))
+    filter = PosteriorFilter(space, reference, first_batch=1000, emulator=False, correlation_length=CORRELATION_LENGTH, stop=Stop(max_iterations=1))
     samples = filter.ask()
     impossible = samples.theta[:, 0] > 1
     filter.tell(samples, linear(samples.theta), infeasible=impossible)
-    other = PosteriorFilter(space, reference, first_batch=1000, emulator=False, correlation_length=0.1, stop=Stop(max_iterations=1))
+    other = PosteriorFilter(space, reference, first_batch=1000, emulator=False, correlation_length=CORRELATION_LENGTH, stop=Stop(max_iterations=1))
     other.tell(samples, linear(samples.theta))
     # They were asked, so that the evidence counts them.
     zeroed = np.where(impossible, 0, np.exp(other.weighed.log_weights))
