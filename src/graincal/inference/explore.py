@@ -16,12 +16,17 @@ from graincal.inference.tempering import temper
 # Particles that find the posterior; then so many draws from a density fitted to them, in two rounds or more, until so many samples are effective.
 PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 512, 2048, 1000, 5
 
+# A posterior that no mixture of Gaussians fits (a thin bent ridge) leaves fewer than these effective. It is then described by so many particles.
+TOO_FEW, MORE_PARTICLES = 400, 2048
+
 
 @dataclass(frozen=True, eq=False)
 class Explored:
     """theta (M, n) with log_weights (M,), and log_likelihood (M,) of each. log_evidence, and its standard deviation over such explorations.
 
-    proposal: the density that the last draws came from, fitted to the posterior."""
+    proposal: a density fitted to the posterior, from which the samples were drawn; or, where no mixture fits it well, tempered samples were taken
+    instead (`tempered`), whose weights are equal and whose evidence is known less well.
+    """
 
     theta: NDArray[np.float64]
     log_weights: NDArray[np.float64]
@@ -29,6 +34,7 @@ class Explored:
     log_evidence: float
     log_evidence_std: float
     proposal: DefensiveMixture
+    tempered: bool = False
 
     @property
     def weights(self) -> NDArray[np.float64]:
@@ -52,7 +58,8 @@ def explore(
     """Samples of prior times likelihood^power; log_likelihood takes points (M, n) of the unit cube. The prior is uniform on the box.
 
     Tempering finds where the posterior is; its samples are moved along and not independent. So a density is fitted to them, and what is returned are
-    draws from that, weighted: their errors are those of independent draws, and the weights tell whether the fit was good.
+    draws from that, weighted: their errors are those of independent draws, and the weights tell whether the fit was good. Where it was not, more
+    tempered samples are returned.
     """
     found = temper(log_likelihood, space.size, PARTICLES, rng, power=power)
     theta, weights = space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES)
@@ -66,5 +73,12 @@ def explore(
         log_weights = log_importance_weights(power * logs - space.log_volume, densities, np.full(len(proposals), DRAWS))
         theta, weights = drawn, normalised(log_weights)
     size = len(log_weights)
+    if 1 / np.sum(weights**2) < TOO_FEW:
+        two = [temper(log_likelihood, space.size, MORE_PARTICLES // 2, rng, power=power) for _ in range(2)]
+        theta, logs = space.from_unit(np.concatenate([each.unit for each in two])), np.concatenate([each.log_likelihood for each in two])
+        evidences = [each.log_evidence for each in two]
+        return Explored(
+            theta, np.zeros(len(theta)), logs, float(np.mean(evidences)), float(abs(evidences[0] - evidences[1]) / 2), proposals[-1], tempered=True
+        )
     std = float(np.sqrt(max(size * np.sum(weights**2) - 1, 0) / size))
     return Explored(drawn, log_weights, logs, log_evidence(log_weights, size), std, proposals[-1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,7 +139,7 @@ def _mass_in_cube(mean: NDArray[np.float64], covariance: NDArray[np.float64]) ->
     """
     factor = np.linalg.cholesky(covariance)
     size = len(mean)
-    uniform = qmc.Halton(d=size, scramble=True, seed=np.random.default_rng(0)).random(4096)
+    uniform = _even_points(size)
     z = np.zeros((len(uniform), size))
     mass = np.ones(len(uniform))
     for i in range(size):
@@ -150,3 +150,8 @@ def _mass_in_cube(mean: NDArray[np.float64], covariance: NDArray[np.float64]) ->
         # Far in a tail both ends round to 0 or 1, whose quantiles are infinite; the mass there is zero whatever stands in z.
         z[:, i] = ndtri(np.clip(inner, 1e-300, 1 - 1e-16))
     return float(mass.mean())
+
+
+@lru_cache(maxsize=8)
+def _even_points(size: int) -> NDArray[np.float64]:
+    return qmc.Halton(d=size, scramble=True, seed=np.random.default_rng(0)).random(4096)
