@@ -13,7 +13,10 @@ from graincal.data import ParameterSpace
 from graincal.inference.proposal import LEAST_MASS, ProposalOutsideBox, TruncatedMixture, fit_mixture
 
 # Of every component a part is as many times as wide, so that the tails of the proposal are heavier than those of what it was fitted to.
-WIDE_PART, WIDER = 0.25, 2.5
+WIDE_PART, WIDER = 0.2, 2.5
+
+# Where it is known how the posterior widens as the data are trusted less, a part is fitted to that: tails of a bent ridge are bent.
+BENT_PART = 0.3
 
 # The prior's share, which finds a mode that no evaluation has shown yet, and bounds the weights.
 PRIOR_SHARE = 0.1
@@ -31,13 +34,29 @@ class DefensiveMixture:
     prior_share: float = PRIOR_SHARE
 
     @classmethod
-    def fitted(cls, space: ParameterSpace, theta: NDArray[np.float64], weights: NDArray[np.float64], rng: np.random.Generator) -> DefensiveMixture:
-        """To samples theta (N, n) with weights (N,) that sum to 1."""
-        core = fit_mixture(space, theta, weights, rng, covariance="full", components=min(COMPONENTS, max(1, len(theta) // 10)), copies=COPIES, steps=STEPS)
-        used = core.weights > 1e-3
-        weights, means, covariances = core.weights[used], core.means[used], core.covariances[used]
-        both = np.concatenate([(1 - WIDE_PART) * weights, WIDE_PART * weights])
-        return cls(space, TruncatedMixture(space, both / both.sum(), np.tile(means, (2, 1)), np.concatenate([covariances, WIDER**2 * covariances])))
+    def fitted(
+        cls,
+        space: ParameterSpace,
+        theta: NDArray[np.float64],
+        weights: NDArray[np.float64],
+        rng: np.random.Generator,
+        wide: NDArray[np.float64] | None = None,
+    ) -> DefensiveMixture:
+        """To samples theta (N, n) with weights (N,) that sum to 1; wide (M, n): equally weighted samples of the same at a lower power of the likelihood."""
+        core = _fit(space, theta, weights, rng)
+        wider = TruncatedMixture(space, core.weights, core.means, WIDER**2 * core.covariances)
+        parts = [(1 - WIDE_PART, core), (WIDE_PART, wider)]
+        if wide is not None:
+            parts = [(1 - WIDE_PART - BENT_PART, core), (WIDE_PART, wider), (BENT_PART, _fit(space, wide, np.full(len(wide), 1 / len(wide)), rng))]
+        return cls(
+            space,
+            TruncatedMixture(
+                space,
+                np.concatenate([part * mixture.weights for part, mixture in parts]),
+                np.concatenate([mixture.means for _, mixture in parts]),
+                np.concatenate([mixture.covariances for _, mixture in parts]),
+            ),
+        )
 
     def log_density(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
         """The log of the density (N,) at theta (N, n), in the parameters' own units; -inf outside the box."""
@@ -79,3 +98,11 @@ class DefensiveMixture:
                 raise ProposalOutsideBox(f"{len(kept)} of {count} draws from the proposal fell within the parameters' ranges in 100 rounds")
         # low + 1 * (high - low) may round to the number after high.
         return np.clip(self.space.from_unit(kept[:count]), self.space.low, self.space.high)
+
+
+def _fit(space: ParameterSpace, theta: NDArray[np.float64], weights: NDArray[np.float64], rng: np.random.Generator) -> TruncatedMixture:
+    components = min(COMPONENTS, max(1, len(theta) // 10))
+    mixture = fit_mixture(space, theta, weights, rng, covariance="full", components=components, copies=COPIES, steps=STEPS)
+    used = mixture.weights > 1e-3
+    weights = mixture.weights[used]
+    return TruncatedMixture(space, weights / weights.sum(), mixture.means[used], mixture.covariances[used])

@@ -14,7 +14,7 @@ from graincal.inference.importance import log_evidence, log_importance_weights, 
 from graincal.inference.tempering import temper
 
 # Particles that find the posterior; then so many draws from a density fitted to them, in two rounds or more, until so many samples are effective.
-PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 512, 2048, 1000, 5
+PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 1024, 2048, 1000, 5
 
 # A posterior that no mixture of Gaussians fits (a thin bent ridge) leaves fewer than these effective. It is then described by so many particles.
 TOO_FEW, MORE_PARTICLES = 400, 2048
@@ -65,7 +65,7 @@ def explore(
     theta, weights = space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES)
     proposals, drawn, logs = [], np.empty((0, space.size)), np.empty(0)
     while len(proposals) < 2 or (len(proposals) < MOST_ROUNDS and 1 / np.sum(weights**2) < EFFECTIVE):
-        proposals.append(DefensiveMixture.fitted(space, theta, weights, rng))
+        proposals.append(DefensiveMixture.fitted(space, theta, weights, rng, space.from_unit(found.wide)))
         new = proposals[-1].draw(DRAWS, rng)
         drawn = np.concatenate([drawn, new])
         logs = np.concatenate([logs, log_likelihood(space.to_unit(new))])

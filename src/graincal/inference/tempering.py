@@ -17,18 +17,24 @@ from graincal.inference.proposal import systematic_resampling
 EFFECTIVE = 0.5
 
 # Moves at each power, and at the last one: enough for every sample to forget where it was copied from.
-MOVES = 6
-LAST_MOVES = 20
+MOVES = 12
+LAST_MOVES = 60
+
+# Samples at about this part of the last power are kept too: they reach into the tails, wherever these bend.
+WIDE_POWER = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class TemperedSample:
-    """Equally weighted samples (M, n) of prior times likelihood^power on the unit cube; the log likelihood (M,) of each; the log evidence at that power."""
+    """Equally weighted samples (M, n) of prior times likelihood^power on the unit cube; the log likelihood (M,) of each; the log evidence at that power.
+
+    wide (M, n): such samples at about 0.3 of the power.
+    """
 
     unit: NDArray[np.float64]
     log_likelihood: NDArray[np.float64]
     log_evidence: float
-    power: float
+    wide: NDArray[np.float64]
 
 
 def temper(
@@ -42,9 +48,11 @@ def temper(
     """
     unit = qmc.Sobol(d=size, scramble=True, seed=rng).random(1 << (count - 1).bit_length())[:count]
     logs = log_likelihood(unit)
-    reached, evidence = 0.0, 0.0
+    reached, evidence, wide = 0.0, 0.0, unit
     while reached < power:
         step = _next_step(logs, power - reached)
+        if reached < WIDE_POWER * power < reached + step:
+            step = WIDE_POWER * power - reached
         increments = step * logs
         evidence += logsumexp(increments) - np.log(count)
         rows = systematic_resampling(np.exp(increments - logsumexp(increments)), count, rng)
@@ -54,7 +62,9 @@ def temper(
         reached = power if step == power - reached else reached + step
         for _ in range(LAST_MOVES if reached == power else MOVES):
             unit, logs = _move(log_likelihood, unit, logs, reached, rng)
-    return TemperedSample(unit, logs, float(evidence), power)
+        if reached <= WIDE_POWER * power * (1 + 1e-12):
+            wide = unit
+    return TemperedSample(unit, logs, float(evidence), wide)
 
 
 def _next_step(logs: NDArray[np.float64], most: float) -> float:
