@@ -14,6 +14,7 @@ from graincal.cli.demo import demo
 from graincal.cli.export import export
 from graincal.cli.init import init
 from graincal.cli.pack import pack
+from graincal.cli.predict import predict
 from graincal.cli.report import report
 from graincal.cli.resume import resume
 from graincal.cli.simulate import simulate
@@ -29,6 +30,7 @@ app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(
 app.command(epilog="Example:  graincal resume campaign --max-iterations 40")(resume)
 app.command(epilog="Example:  graincal status campaign --json")(status)
 app.command(epilog="Example:  graincal report campaign --figures png --figures pdf")(report)
+app.command(epilog="Example:  graincal predict campaign --confining-pressure 1e6 --against other.csv --plot prediction.png")(predict)
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
 app.add_typer(simulate, name="simulate")

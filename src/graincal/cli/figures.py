@@ -12,6 +12,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodF
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
+from graincal.campaign.prediction import Prediction
 from graincal.data import InputError, Reference, Response
 from graincal.files import unwritable
 from graincal.models.stress_path import Panel
@@ -63,6 +64,22 @@ def response_figure(response: Response, control: str, shown: Sequence[Panel], re
         _widen(axes, _to_print(name, SMALLEST_SPAN * max(1.0, np.max(np.abs(columns[name])))))
         axes.set(xlabel=_label(over), ylabel=_label(name))
     return figure
+
+
+def draw_prediction(prediction: Prediction, shown: Sequence[str], reference: Reference | None, path: Path) -> None:
+    """The mean and the 90 % band of predicted responses, with the test that they are compared with if there is one."""
+    figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
+    x = _to_print(prediction.control_name, prediction.control)
+    for number, name in enumerate(shown):
+        axes = figure.add_subplot(1, len(shown), 1 + number)
+        low, high = (_to_print(name, end) for end in prediction.interval(name))
+        axes.fill_between(x, low, high, color="tab:blue", alpha=0.25, linewidth=0, label="90 % of predicted responses")
+        axes.plot(x, _to_print(name, prediction.mean(name)), color="tab:blue", label="their mean")
+        if reference is not None:
+            axes.plot(x, _to_print(name, reference.observables[name]), "k.", markersize=4, label="test")
+        axes.set(xlabel=_label(prediction.control_name), ylabel=_label(name))
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    _save(figure, path)
 
 
 def _scale_logarithmically(axes: Axes, values: NDArray) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
+from graincal.cli.strains import axial_strains
 from graincal.data import InputError
 from graincal.models import StressPathTest
 from graincal.models.economy import Economy
@@ -129,7 +130,7 @@ def triaxial(
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
     reference = read_comparison(at, confining_pressure) if at else None
     inputs = files_of(at) if at else ()
-    strains = reference.control if reference else _strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
+    strains = reference.control if reference else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
     simulation.run("triaxial", strains, reference, inputs, confining_pressure=confining_pressure)
 
 
@@ -138,13 +139,13 @@ def constant_mean_stress(
     simulation: Simulation, confining_pressure: ConfiningPressure, axial_strain: AxialStrain = 0.20, increment: Increment = 0.004
 ) -> None:
     """A triaxial test at constant mean stress: the lateral stresses make up for the axial one."""
-    simulation.run("constant-mean-stress", _strains(axial_strain, increment), confining_pressure=confining_pressure)
+    simulation.run("constant-mean-stress", axial_strains(axial_strain, increment), confining_pressure=confining_pressure)
 
 
 @_path("--confining-pressure 0.5e6 --axial-strain 0.10")
 def undrained(simulation: Simulation, confining_pressure: ConfiningPressure, axial_strain: AxialStrain = 0.20, increment: Increment = 0.004) -> None:
     """An undrained triaxial test of a saturated sample, by its equivalent at constant volume: stresses are effective ones."""
-    simulation.run("undrained", _strains(axial_strain, increment), confining_pressure=confining_pressure)
+    simulation.run("undrained", axial_strains(axial_strain, increment), confining_pressure=confining_pressure)
 
 
 @_path("--confining-pressure 1e4 --axial-stress 1e5 --axial-stress 8e5 --axial-stress 1e5")
@@ -161,7 +162,7 @@ def oedometric(
     if axial_stress:
         simulation.run("oedometric", axial_stress, confining_pressure=confining_pressure, control="axial_stress")
     else:
-        simulation.run("oedometric", _strains(axial_strain, increment), confining_pressure=confining_pressure)
+        simulation.run("oedometric", axial_strains(axial_strain, increment), confining_pressure=confining_pressure)
 
 
 @_path("--confining-pressure 5e4 --pressure 1e5 --pressure 8e5 --pressure 1e5")
@@ -210,17 +211,6 @@ def _doubts(test: StressPathTest, theta: Mapping[str, float], at: Sequence[float
     if test.control.endswith("stress"):
         said += [unusual_pressure(test.control, value) for value in sorted({min(at), max(at)}) if value > 0]
     return unusual(test) + [doubt for doubt in said if doubt]
-
-
-def _strains(last: float, increment: float) -> NDArray:
-    import numpy as np
-
-    size = abs(last)
-    if not 0 < increment <= size < 1:
-        raise InputError(f"--axial-strain and --increment must be fractions with 0 < increment <= |strain| < 1, not {last:g} and {increment:g}.")
-    states = round(size / increment)
-    sizes = np.append(increment * np.arange(states), size) if abs(states * increment - size) < 1e-9 else np.append(np.arange(0, size, increment), size)
-    return sizes if last > 0 else 0.0 - sizes
 
 
 def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Path | None, reference: Reference | None) -> None:

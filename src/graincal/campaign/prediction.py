@@ -1,0 +1,74 @@
+"""What a calibration predicts for a test that it was not compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graincal.campaign.experiment import Model
+from graincal.campaign.result import Result
+from graincal.data import Failure, InputError, Reference, Response, Samples
+from graincal.execution import available_cores
+from graincal.inference.proposal import systematic_resampling
+from graincal.inference.scoring import Score, score
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Responses of K parameters drawn from the posterior, equally probable.
+
+    control (T,); theta (K, n); values: observables and quantities of interest, each (K, T). failures: what the other samples ended with.
+    """
+
+    control_name: str
+    control: NDArray[np.float64]
+    theta: NDArray[np.float64]
+    values: Mapping[str, NDArray[np.float64]]
+    failures: tuple[Failure, ...] = field(default=())
+
+    def mean(self, name: str) -> NDArray[np.float64]:
+        """The mean response, (T,)."""
+        return self._values(name).mean(axis=0)
+
+    def interval(self, name: str, probability: float = 0.9) -> NDArray[np.float64]:
+        """The central interval of the responses at each state, (2, T); measurement errors are not in it."""
+        return np.quantile(self._values(name), [(1 - probability) / 2, (1 + probability) / 2], axis=0)
+
+    def against(self, reference: Reference, probability: float = 0.9) -> Score:
+        """Compare with a test. Raises InputError where the prediction lacks an observable of it, or is at other control values."""
+        if reference.control_name != self.control_name or len(reference.control) != len(self.control) or not np.allclose(reference.control, self.control):
+            raise InputError(f"the prediction is to be made at the reference's own {reference.control_name}.")
+        return score(np.stack([self._values(name) for name in reference.names], axis=2), reference, probability)
+
+    def _values(self, name: str) -> NDArray[np.float64]:
+        if name not in self.values:
+            raise InputError(f"the prediction holds {', '.join(self.values)}, and not {name}.")
+        return self.values[name]
+
+
+def predict(result: Result, model: Model, at: ArrayLike, *, control_name: str = "axial_strain", samples: int = 30, seed: int = 1, workers: int | None = None) -> Prediction:
+    """Evaluate a model, another test of the same material, at parameters drawn from a result's posterior.
+
+    at (T,): the control values. The draws are spread evenly over the posterior's weights. Each is one run: its scatter is part of the prediction.
+    Raises InputError where there is no posterior, and where every evaluation fails.
+    """
+    posterior = result.posterior
+    if posterior is None:
+        raise InputError("a prediction needs a posterior, and the campaign has none yet.")
+    if samples < 2:
+        raise InputError(f"a prediction needs at least two samples of the posterior, not {samples}.")
+    order = np.argsort(posterior.samples[:, 0])
+    rows = order[systematic_resampling(posterior.weights[order], samples, np.random.default_rng(seed))]
+    drawn = Samples(np.arange(samples), posterior.samples[rows], posterior.names)
+    control = np.asarray(at, dtype=np.float64)
+    outcomes = dict(model.evaluate(drawn, control, workers=workers or available_cores()))
+    responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
+    failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
+    if not responses:
+        raise InputError(f"none of the {samples} simulations gave a response, the first of them because: {failures[0].reason}")
+    names = next(iter(responses.values())).values
+    values = {name: np.array([response.values[name] for response in responses.values()]) for name in names if name != control_name}
+    return Prediction(control_name, control, drawn.theta[list(responses)], values, failures)

@@ -1,0 +1,141 @@
+"""graincal predict."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from graincal.cli.options import Folder
+from graincal.data import InputError
+
+if TYPE_CHECKING:
+    from graincal.campaign import Experiment, Result
+    from graincal.campaign.prediction import Prediction
+    from graincal.data import Reference
+    from graincal.models import StressPathTest
+
+
+def predict(
+    folder: Folder,
+    confining_pressure: Annotated[float | None, typer.Option(help="Of the predicted test, in Pa; that of the experiment by default.")] = None,
+    path: Annotated[str | None, typer.Option(help="The predicted stress path: triaxial, undrained, oedometric, constant-mean-stress; that of the experiment by default.", metavar="NAME")] = None,
+    experiment: Annotated[str | None, typer.Option(help="The experiment whose packing and settings are used; the first one by default.", metavar="NAME")] = None,
+    against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
+    axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
+    increment: Annotated[float, typer.Option(help="The axial strain between states.")] = 0.004,
+    samples: Annotated[int, typer.Option(help="Simulations, each of parameters drawn from the posterior.")] = 30,
+    workers: Annotated[int | None, typer.Option(help="Simulations at once; all cores by default.")] = None,
+    seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV.", metavar="FILE")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
+) -> None:
+    """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
+    from graincal.campaign import Result
+    from graincal.campaign.prediction import predict as predict_test
+    from graincal.cli.figures import draw_prediction
+    from graincal.cli.outputs import check_figure, check_table, refuse_the_same
+    from graincal.cli.strains import axial_strains
+
+    refuse_the_same(output, plot)
+    for check, target in ((check_table, output), (check_figure, plot)):
+        if target is not None:
+            check(target, (against,) if against else ())
+    result = Result.read(folder)
+    chosen = _chosen(result, experiment)
+    test = _test(chosen, path, confining_pressure)
+    reference = _reference(against, test) if against else None
+    if reference is not None and axial_strain is not None:
+        raise InputError("--against gives the axial strains, so --axial-strain cannot stand beside it.")
+    if reference is not None:
+        at = reference.control
+    elif axial_strain is not None:
+        at = axial_strains(axial_strain, increment)
+    elif chosen.reference.control_name == test.control:
+        at = chosen.reference.control
+    else:
+        raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
+    prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=workers)
+    if output:
+        _write(prediction, output)
+    shown = reference.names if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
+    if plot:
+        draw_prediction(prediction, shown, reference, plot)
+    typer.echo("\n".join(_describe(prediction, test, shown, reference)))
+    for target in (output, plot):
+        if target is not None:
+            typer.echo(f"Written to {target}.")
+
+
+def _chosen(result: Result, name: str | None) -> Experiment:
+    from graincal.models import StressPathTest
+
+    built_in = [each for each in result.experiments if isinstance(each.model, StressPathTest)]
+    if not built_in:
+        raise InputError("the campaign has no experiment with a built-in test, and models of one's own are predicted with from Python: graincal.predict(result, model, at).")
+    if name is None:
+        return built_in[0]
+    found = [each for each in built_in if each.name == name]
+    if not found:
+        raise InputError(f'--experiment: there is no "{name}" with a built-in test; there are {", ".join(each.name for each in built_in)}.')
+    return found[0]
+
+
+def _test(experiment: Experiment, path: str | None, confining_pressure: float | None) -> StressPathTest:
+    from dataclasses import fields, replace
+
+    from graincal.models import TESTS
+    from graincal.suggestion import did_you_mean
+
+    test = experiment.model
+    changes: dict[str, Any] = {} if confining_pressure is None else {"confining_pressure": confining_pressure}
+    if path is None or path == test.kind:
+        return replace(test, **changes)
+    known = [kind for kind, other in TESTS.items() if "axial_strain" in other.controls]
+    if path not in known:
+        raise InputError(f"--path must be one of {', '.join(known)}, not {path!r}{did_you_mean(path, known)}.")
+    target = TESTS[path]
+    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "inertial_number", "table")}
+    return target(**(shared | changes))
+
+
+def _reference(against: Path, test: StressPathTest) -> Reference:
+    from graincal.cli.comparison import read_comparison
+
+    return read_comparison(against, test.confining_pressure)
+
+
+def _write(prediction: Prediction, path: Path) -> None:
+    import numpy as np
+
+    from graincal.files import unwritable
+
+    columns = {prediction.control_name: prediction.control}
+    for name in prediction.values:
+        low, high = prediction.interval(name)
+        columns |= {f"{name}_mean": prediction.mean(name), f"{name}_5%": low, f"{name}_95%": high}
+    try:
+        np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+    except OSError as error:
+        raise InputError(unwritable(path, error)) from None
+
+
+def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ...], reference: Reference | None) -> list[str]:
+    lines = [
+        f"Predicted {test.name_with_article} at {test.confining_pressure / 1e3:g} kPa from {len(prediction.theta)} samples of the posterior"
+        + (f"; {len(prediction.failures)} more failed ({prediction.failures[0].kind})" if prediction.failures else "")
+        + ". Means and 90 % intervals at the last state:"
+    ]
+    extra = tuple(name for name in ("coordination_number", "a_c") if name in prediction.values and name not in shown)
+    for name in (*shown, *extra):
+        low, high = prediction.interval(name)[:, -1]
+        lines.append(f"  {name:22} {prediction.mean(name)[-1]:10.4g}   {low:.4g} to {high:.4g}")
+    if reference is not None:
+        found = prediction.against(reference)
+        covered = ", ".join(f"{share:.0%} of {name}" for name, share in found.coverage.items())
+        lines.append(
+            f"Against the test: the {found.probability:.0%} band, measurement errors included, holds {covered}; log score {found.log_score:.2f} a value; "
+            f"the mean's error is {found.error:.2f} %."
+        )
+    return lines
