@@ -1,0 +1,177 @@
+"""Whether the posterior method's probabilities are right: ranks of the truth among samples of the posterior (Talts et al. 2018).
+
+    python benchmarks/calibration_of_the_posterior.py [--repetitions N] [--processes N] [--results FILE] [--figure FILE]
+
+Each repetition draws five parameters from the prior, the paper's ranges; its reference is a laboratory's: the mean response of a triaxial test in closed form and
+errors as the error model states them, an Ornstein-Uhlenbeck process of known deviation whose length is one of the hypotheses. The method calibrates with all its
+defaults against runs that scatter, smoothly along the curve, by a percent or two of the peak. Were its posteriors exact, the rank of each true parameter among 99 draws
+would be uniform, and so would that of the truth's log likelihood. Printed are how far the ranks' distribution is from uniform, how probable that is, and
+whether it stays within a band that all six would leave by chance in one case of twenty (Säilynoja, Bürkner, Vehtari 2022); how often intervals hold the truth; and
+the same for posteriors shrunk to 0.8 of their deviation, which ought to be refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from problems import PROBLEMS, SPACE, STRAIN
+from scipy.stats import binom
+from threadpoolctl import threadpool_limits
+
+import graincal as gc
+from graincal.inference import PosteriorFilter
+from graincal.inference.error_model import CORRELATION_LENGTHS
+from graincal.inference.likelihood import log_likelihood, marginal
+from graincal.inference.ranks import UniformBand, rank
+
+PROBLEM = PROBLEMS["triaxial"]
+
+# Standard deviations of the laboratory's errors: of the stress ratio, and of the volumetric strain. They do not depend on the truth, of which they would tell.
+DEVIATIONS = np.array([0.04, 0.001])
+
+# Of runs at one Theta, as parts of the stress ratio and the volumetric strain that are typical; and the length, in lengths of the curve, over which they are alike.
+SCATTER, SCATTER_LENGTH = np.array([0.015 * 2.0, 0.015 * 0.03]), 0.2
+
+DRAWS, SHRUNK, FAMILYWISE = 99, 0.8, 0.05
+QUANTITIES = (*SPACE.names, "log likelihood")
+FIELDS = ("repetition", "evaluations", "stopped_by", "held_out", "seconds", *QUANTITIES, *(f"shrunk {name}" for name in QUANTITIES))
+
+APART = np.abs(STRAIN[:, None] - STRAIN[None, :]) / (STRAIN[-1] - STRAIN[0])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repetitions", type=int, default=300)
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--results", type=Path, help="a CSV to go on with")
+    parser.add_argument("--figure", type=Path, help="where to draw the distributions and their band")
+    arguments = parser.parse_args()
+    rows = {row["repetition"]: row for row in _read(arguments.results)}
+    left = [number for number in range(arguments.repetitions) if str(number) not in rows]
+    for row in _run(left, arguments.processes):
+        rows[row["repetition"]] = row
+        _append(arguments.results, row)
+    done = [rows[key] for key in sorted(rows, key=int)[: arguments.repetitions]]
+    report(done)
+    if arguments.figure:
+        draw(done, arguments.figure)
+
+
+def _run(left: list[int], processes: int):
+    if processes == 1:
+        yield from map(repetition, left)
+        return
+    with ProcessPoolExecutor(processes) as pool:
+        for future in as_completed([pool.submit(repetition, number) for number in left]):
+            yield future.result()
+
+
+def repetition(number: int) -> dict[str, str]:
+    """One calibration, as a row of the results."""
+    with threadpool_limits(1):
+        rng = np.random.default_rng([number, 7])
+        truth = SPACE.from_unit(rng.random(SPACE.size))
+        errors = np.linalg.cholesky(np.exp(-APART / rng.choice(CORRELATION_LENGTHS))) @ rng.standard_normal((len(STRAIN), 2))
+        values = PROBLEM.curves(truth[None])[0] + DEVIATIONS * errors
+        deviations = dict(zip(PROBLEM.observables, DEVIATIONS.tolist()))
+        reference = gc.Reference(STRAIN, dict(zip(PROBLEM.observables, values.T)), measurement_errors=deviations)
+        started = time.perf_counter()
+        filter = PosteriorFilter(SPACE, reference, seed=number)
+        while not filter.finished:
+            samples = filter.ask()
+            filter.tell(samples, runs(samples.theta, rng))
+        seconds = time.perf_counter() - started
+        posterior = filter.posterior
+
+        def quantities(theta: NDArray) -> NDArray:
+            (model,) = filter.errors
+            return np.column_stack([theta, marginal(log_likelihood(PROBLEM.curves(theta), reference, model), model.log_prior)])
+
+        known = quantities(truth[None])[0]
+        mean = posterior.mean()
+        found = [
+            rank(known, quantities(theta), posterior.weights, DRAWS, rng) for theta in (posterior.samples, mean + SHRUNK * (posterior.samples - mean))
+        ]
+    held_out = max(filter.emulation.held_out)
+    row = (number, len(filter.evaluations), filter.stopped_by, f"{held_out:.4f}", f"{seconds:.1f}", *found[0], *found[1])
+    return {field: str(value) for field, value in zip(FIELDS, row)}
+
+
+def runs(theta: NDArray, rng: np.random.Generator) -> NDArray:
+    """Responses (N, T, J) that scatter as simulations do: alike over a part of the curve."""
+    factor = np.linalg.cholesky(np.exp(-0.5 * (APART / SCATTER_LENGTH) ** 2) + 1e-8 * np.eye(len(STRAIN)))
+    noise = np.einsum("st,ntj->nsj", factor, rng.standard_normal((len(theta), len(STRAIN), 2)))
+    return PROBLEM.curves(theta) + SCATTER * noise
+
+
+def report(rows: list[dict[str, str]]) -> None:
+    count = len(rows)
+    evaluations = np.array([int(row["evaluations"]) for row in rows])
+    settled = sum(row["stopped_by"] == "posterior_shift" for row in rows)
+    seconds = np.median([float(row["seconds"]) for row in rows])
+    print(f"{count} repetitions of {np.median(evaluations):.0f} evaluations (median), {settled} of them settled; {seconds:.0f} s each")
+    print(f"held-out error, in parts of the responses' spread: {np.median([float(row['held_out']) for row in rows]):.3f} (median)")
+    band = UniformBand.of(count, DRAWS, 1 - FAMILYWISE / len(QUANTITIES), np.random.default_rng(1))
+    for prefix, title in (("", "as reported"), ("shrunk ", f"shrunk to {SHRUNK:g} of its deviation")):
+        print(f"\nposterior {title}")
+        print(f"{'':16}{'furthest':>10}{'p-value':>9}{'band':>9}{'in 50 %':>10}{'in 90 %':>10}")
+        held = []
+        for name in QUANTITIES:
+            ranks = np.array([int(row[prefix + name]) for row in rows])
+            difference = band.distribution(ranks) - band.below
+            furthest = difference[np.argmax(np.abs(difference))]
+            held.append(band.holds(ranks))
+            inside = [np.mean(np.abs(ranks - DRAWS / 2) < level * (DRAWS + 1) / 2) for level in (0.5, 0.9)]
+            within = "within" if held[-1] else "left"
+            print(f"{name:16}{furthest:>+10.3f}{band.probability(ranks):>9.4f}{within:>9}{inside[0]:>10.2f}{inside[1]:>10.2f}")
+        print("uniform ranks, as far as one can tell" if all(held) else "refused")
+    chance = [binom.ppf((0.025, 0.975), count, level) / count for level in (0.5, 0.9)]
+    print(f"\nby chance alone, in 50 %: {chance[0][0]:.2f} to {chance[0][1]:.2f}; in 90 %: {chance[1][0]:.2f} to {chance[1][1]:.2f} (each in 95 of 100)")
+
+
+def draw(rows: list[dict[str, str]], file: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    band = UniformBand.of(len(rows), DRAWS, 1 - FAMILYWISE / len(QUANTITIES), np.random.default_rng(1))
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), sharey=True, layout="constrained")
+    for axis, prefix, title in zip(axes, ("", "shrunk "), ("the posterior as reported", f"shrunk to {SHRUNK:g} of its deviation")):
+        lower, upper = band.edges - band.below
+        axis.fill_between(band.below, lower, upper, step="mid", color="0.88", label=f"band of {100 * (1 - FAMILYWISE):.0f} % for all six")
+        for name in QUANTITIES:
+            ranks = np.array([int(row[prefix + name]) for row in rows])
+            axis.step(band.below, band.distribution(ranks) - band.below, where="mid", linewidth=1, label=name)
+        axis.set(title=title, xlabel="rank of the truth, as a part of the draws", xlim=(0, 1))
+    axes[0].set_ylabel("part of ranks below, minus uniform")
+    axes[1].legend(fontsize=7, loc="upper right")
+    figure.savefig(file, dpi=150)
+
+
+def _read(file: Path | None) -> list[dict[str, str]]:
+    if file is None or not file.exists():
+        return []
+    with open(file, newline="", encoding="utf-8") as lines:
+        return list(csv.DictReader(lines))
+
+
+def _append(file: Path | None, row: dict[str, str]) -> None:
+    if file is None:
+        return
+    new = not file.exists()
+    with open(file, "a", newline="", encoding="utf-8") as lines:
+        writer = csv.DictWriter(lines, FIELDS)
+        if new:
+            writer.writeheader()
+        writer.writerow(row)
+
+
+if __name__ == "__main__":
+    main()
