@@ -144,6 +144,16 @@ def test_small_grains_do_not_limit_the_step_where_masses_go_with_the_radius():
     assert steps[1.0, 0.1] / steps[1.0, 0.5] == pytest.approx(np.sqrt((1 + 0.1**3) / (1 + 0.5**3)), rel=1e-12)
 
 
+@pytest.mark.parametrize("exponent", [3.0, 1.0])
+def test_contacts_that_have_only_begun_take_steps_by_the_densities_that_grains_have(exponent):
+    # Twenty times half the time of a wave through a grain, r sqrt(rho / E): a Hertz contact without overlap has no stiffness to go by.
+    radii = np.array([1.0, 0.1])
+    simulation = two_spheres(radii, 1e-12, density=2.0, kind="hertz-mindlin", modulus=1e7, economy=_native.Economy(mass_exponent=exponent))
+    own = radii**exponent * (masses(radii, 2.0).sum() / np.sum(radii**exponent))
+    densities = 2.0 * own / masses(radii, 2.0)
+    assert first_time_step(simulation) == pytest.approx(10 * np.min(radii * np.sqrt(densities / 1e7)), rel=EXACT)
+
+
 def test_the_moment_of_inertia_is_scaled():
     # A packing whose rotation limits the step: R / I, and the step with the root of the factor.
     plain, heavy = (
