@@ -374,7 +374,8 @@ template <class Engine> void bind_benchmark(nb::module_& module) {
                    expect_precision<Engine>(precision);
                    OwnedSimulation<Real, typename Engine::Law> owned(packing, law.template in_precision<Real>(), density);
                    const Target& target = target_named(instruction_set);
-                   std::vector<double> seconds(pass_count);
+                   const std::vector<const char*> names{"outer list", "near list", "forces", "stiffness", "stage", "motion"};  // as Pass has them
+                   std::vector<double> seconds(names.size());
                    std::vector<Record> records(stages.size());
                    const Rest rest;
                    Progress progress;
@@ -392,8 +393,7 @@ template <class Engine> void bind_benchmark(nb::module_& module) {
                    if (status != Status::finished) throw std::runtime_error(name_of(status));
                    const auto& s = owned.state;
                    nb::dict by_pass, result;
-                   const char* names[pass_count] = {"outer list", "near list", "forces", "stiffness", "stage", "motion"};
-                   for (int pass = 0; pass < pass_count; ++pass) by_pass[names[pass]] = seconds[pass];
+                   for (std::size_t pass = 0; pass < names.size(); ++pass) by_pass[names[pass]] = seconds[pass];
                    result["seconds"] = by_pass;
                    result["steps"] = s.steps;
                    result["outer_rebuilds"] = s.neighbours.outer_rebuilds;
