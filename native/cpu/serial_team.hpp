@@ -93,8 +93,8 @@ class SerialTeam {
         return result;
     }
 
-    // A chunk of pairs at a time, so that its columns stay in the nearest cache. A particle's sum has its terms in the order of the pairs. What the chunk after
-    // the next needs is asked for meanwhile, a little at a time: the shared cache gives enough in all, but not in time where others use it too.
+    // A chunk of pairs at a time, so that its columns stay in the nearest cache. A particle's sum has its terms in the order of the pairs. What the chunk
+    // after the next needs is asked for meanwhile, a little at a time: the shared cache gives enough in all, but not in time where others use it too.
     template <class Slots, class Real, class Sum, class F>
     [[gnu::flatten]] Vec3<Coordinate> over_pairs(const PairEnds& pairs, const Slots& slots, const Particles<Real>& particles, Sum* sums, F f) const {
         write_lines(particles);

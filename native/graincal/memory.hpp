@@ -1,12 +1,12 @@
-// One block of memory holds all arrays of a simulation: the same layout is taken on a host and on a device.
+// One block of memory holds all arrays of a simulation: the same layout is taken on a host and on a device. And how it is asked for ahead of its use.
 #pragma once
 
 #include "vec3.hpp"
 
 namespace graincal {
 
-// Asks for memory that is needed soon, into the second cache: the first has no room for it yet. Devices go on with other threads instead. Always inline: g++ takes
-// a function that does nothing else for one without effect, and leaves its calls out.
+// Asks for memory that is needed soon, into the second cache: the first has no room for it yet. Devices go on with other threads instead. Always
+// inline: g++ takes a function that does nothing else for one without effect, and leaves its calls out.
 #if defined(__CUDACC_RTC__)
 inline void fetch_ahead(const void*) {}
 #else
