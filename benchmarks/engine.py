@@ -124,14 +124,15 @@ def time_passes(packing: gc.Packing, at: np.ndarray, precision: str) -> dict:
 
 
 def print_passes(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, precisions: Sequence[str]) -> None:
-    """Where the time of a run goes."""
-    print("\nShare of a run's time in each pass of its steps, percent, and steps between two rebuilds of each neighbour list")
+    """Where the time of a run goes: of the processor, so that whatever else the machine does counts by its caches alone."""
+    print("\nMillion particle-steps a second of the processor's time, share of it in each pass of the steps, percent, and steps between two rebuilds of each list")
     for n, (packing, precision) in enumerate((packing, precision) for packing, _ in packings for precision in precisions):
         timed = time_passes(packing, at, precision)
         whole = sum(timed["seconds"].values())
         if n == 0:
-            print(f"{'particles':>10}{'precision':>10}" + "".join(f"{name:>12}" for name in timed["seconds"]) + f"{'near every':>12}{'outer every':>13}")
-        row = f"{packing.count:>10}{precision:>10}" + "".join(f"{100 * seconds / whole:>12.1f}" for seconds in timed["seconds"].values())
+            print(f"{'particles':>10}{'precision':>10}{'Mp.-s./s':>10}" + "".join(f"{name:>12}" for name in timed["seconds"]) + f"{'near every':>12}{'outer every':>13}")
+        rate = packing.count * timed["steps"] / whole / 1e6
+        row = f"{packing.count:>10}{precision:>10}{rate:>10.1f}" + "".join(f"{100 * seconds / whole:>12.1f}" for seconds in timed["seconds"].values())
         print(row + f"{timed['steps'] / timed['near_rebuilds']:>12.0f}{timed['steps'] / timed['outer_rebuilds']:>13.0f}", flush=True)
 
 
