@@ -124,24 +124,26 @@ def time_passes(packing: gc.Packing, at: np.ndarray, precision: str) -> dict:
 
 
 def print_passes(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, precisions: Sequence[str]) -> None:
-    """Where the time of a run goes."""
-    print("\nShare of a run's time in each pass of its steps, percent, and steps between two rebuilds of each neighbour list")
+    """Where the time of a run goes: of the processor, so that whatever else the machine does counts by its caches alone."""
+    print("\nMillion particle-steps a second of the processor's time, share of it in each pass of the steps, percent, and steps between two rebuilds of each list")
     for n, (packing, precision) in enumerate((packing, precision) for packing, _ in packings for precision in precisions):
         timed = time_passes(packing, at, precision)
         whole = sum(timed["seconds"].values())
         if n == 0:
-            print(f"{'particles':>10}{'precision':>10}" + "".join(f"{name:>12}" for name in timed["seconds"]) + f"{'near every':>12}{'outer every':>13}")
-        row = f"{packing.count:>10}{precision:>10}" + "".join(f"{100 * seconds / whole:>12.1f}" for seconds in timed["seconds"].values())
+            print(f"{'particles':>10}{'precision':>10}{'Mp.-s./s':>10}" + "".join(f"{name:>12}" for name in timed["seconds"]) + f"{'near every':>12}{'outer every':>13}")
+        rate = packing.count * timed["steps"] / whole / 1e6
+        row = f"{packing.count:>10}{precision:>10}{rate:>10.1f}" + "".join(f"{100 * seconds / whole:>12.1f}" for seconds in timed["seconds"].values())
         print(row + f"{timed['steps'] / timed['near_rebuilds']:>12.0f}{timed['steps'] / timed['outer_rebuilds']:>13.0f}", flush=True)
 
 
 # Counted by hand from native/graincal/forces.hpp, linear_law.hpp, contact.hpp, motion.hpp and native/cpu/serial_team.hpp, in a cell that stretches along its axes:
-# the two passes of every step. Additions, multiplications, divisions, roots and roundings count as one operation each; comparisons, minima and maxima are not
-# counted. Bytes are those of loads and stores of arrays that outlast the pass, whichever cache they come from.
+# the two passes of every step, forces and motion; the look at the bound on the stiffnesses is timed with the estimates of the time step. Additions,
+# multiplications, divisions, roots and roundings count as one operation each; comparisons, minima and maxima are not counted. Bytes are those of loads and
+# stores of arrays that outlast the pass, whichever cache they come from.
 #
 # A pair: branch and overlap 20, relative velocity and normal 19, stiffness and normal force 8, the three memories carried, advanced and capped 200, force and
-# moments 45, sums 15. A particle: two damped accelerations 42, position 18, speed 5.
-OPERATIONS_PER_PAIR, OPERATIONS_PER_PARTICLE = 307, 65
+# moments 45, stiffnesses in translation and rotation 9, sums 19. A particle: two damped accelerations 42, position 18, speed 5.
+OPERATIONS_PER_PAIR, OPERATIONS_PER_PARTICLE = 320, 65
 
 
 def bytes_per_pair(size: int) -> int:
@@ -171,8 +173,8 @@ def print_limits(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, pre
         per_second = packing.count * timed["steps"] / (timed["seconds"]["forces"] + timed["seconds"]["motion"])
         moved = bytes_per_particle(size) + pairs * bytes_per_pair(size)
         done = OPERATIONS_PER_PARTICLE + pairs * OPERATIONS_PER_PAIR
-        # What both passes touch: each array once.
-        held = packing.count * (32 + 8 + 14 * size + 32 + 8 * size + pairs * (8 + 13 * size))
+        # What both passes touch, each array once: coordinates and radius, motion and masses, record, line; indices and contacts.
+        held = packing.count * (32 + 8 * size + 8 * size + (32 + 8 * size) + pairs * (8 + 13 * size))
         near = _native.triad_rate(int(held))
         print(
             f"{packing.count:>10}{precision:>10}{pairs:>12.2f}{moved:>15.0f}{moved * per_second / 1e9:>8.1f}{held / 1e6:>10.2f}{near / 1e9:>13.1f}"

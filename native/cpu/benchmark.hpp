@@ -7,41 +7,22 @@ namespace graincal {
 
 using Clock = double (*)();  // s
 
-enum Pass { outer_list, near_list, forces, stiffness, stage, motion, pass_count };
+// Adds the time since the pass before to the seconds of the one that has ended.
+class Stopwatch {
+  public:
+    Stopwatch(Clock now, double* seconds) : now_(now), seconds_(seconds), before_(now()) {}
 
-// `follow` (graincal/stress_path.hpp), pass by pass; the time of each is added to its seconds.
-template <class Team, class Real, class Law>
-Status follow_timed(const Team& team, Simulation<Real, Law>& sim, const Stage* stages, Index stage_count, Progress& progress, const Rest& rest,
-                    Record* records, long long steps, Clock now, double* seconds) {
-    double before = now();
-    const auto spent = [&](Pass pass) {
-        const double after = now();
-        seconds[pass] += after - before;
-        before = after;
-    };
-    for (long long step = 0; step < steps; ++step) {
-        const Index outer_rebuilds = sim.neighbours.outer_rebuilds;
-        const Status listed = as_simulation_status(update_neighbours(team, sim.neighbours, sim.particles, sim.cell));
-        spent(sim.neighbours.outer_rebuilds > outer_rebuilds ? outer_list : near_list);
-        if (listed != Status::running) return listed;
-        const Vec3<Coordinate> virial = find_pair_forces(team, sim.law, sim.cell, sim.particles, sim.neighbours, sim.time_step);
-        sim.stress = (1 / sim.cell.volume()) * virial;
-        spent(forces);
-        choose_time_step(team, sim);
-        spent(stiffness);
-        follow_mean_stress(stages[progress.stage], sim);
-        if (stage_is_over(team, stages[progress.stage], sim, progress, rest, records)) {
-            if (++progress.stage == stage_count) return Status::finished;
-            enter_stage(stages[progress.stage], sim, progress, rest);
-        }
-        drive_cell(sim);
-        spent(stage);
-        const Status moved = move(team, sim);
-        spent(motion);
-        if (moved != Status::running) return moved;
+    void operator()(Pass pass) {
+        const double after = now_();
+        seconds_[static_cast<int>(pass)] += after - before_;
+        before_ = after;
     }
-    return Status::running;
-}
+
+  private:
+    Clock now_;
+    double* seconds_;
+    double before_;
+};
 
 #if defined(__AVX512F__)
 constexpr Index vector_bytes = 64;

@@ -30,8 +30,9 @@ int follow_path_timed(const ::graincal::PathCall& call, double (*now)(), double*
     return CompiledEngines::visit(call.engine, [&]<class Engine>(Engine) {
         auto& simulation = *static_cast<typename Engine::State*>(call.simulation);
         auto& progress = *static_cast<Progress*>(call.progress);
-        return static_cast<int>(follow_timed(SerialTeam{}, simulation, static_cast<const Stage*>(call.stages), call.stage_count, progress,
-                                             *static_cast<const Rest*>(call.rest), static_cast<Record*>(call.records), call.steps, now, seconds));
+        Stopwatch watch(now, seconds);
+        return static_cast<int>(follow(SerialTeam{}, simulation, static_cast<const Stage*>(call.stages), call.stage_count, progress,
+                                       *static_cast<const Rest*>(call.rest), static_cast<Record*>(call.records), call.steps, watch));
     });
 }
 double multiply_and_add_float64(long long rounds) { return graincal::multiply_and_add<double>(rounds); }

@@ -68,7 +68,7 @@ template <class Real, class Law> class OwnedSimulation {
         state.law = law;
         state.cell.edges = state.cell.initial_edges = packing.edges;
         const Mat3<double> to_fractional = inverse(packing.edges);
-        double largest = 0, smallest = packing.radii[0], sum = 0;
+        double largest = 0, smallest = packing.radii[0], sum = 0, shortest_wave = std::numeric_limits<double>::infinity();
         const std::vector<Index> order = order_in_space(packing, to_fractional);
         const auto share_of_density = shares_of_density(packing.radii, economy.mass_exponent);
         for (Index i = 0; i < n; ++i) {
@@ -76,7 +76,7 @@ template <class Real, class Law> class OwnedSimulation {
             const double r = packing.radii[given];
             state.particles.given[i] = given;
             state.particles.radius[i] = r;
-            const double mass = share_of_density(r) * density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
+            const double own_density = share_of_density(r) * density, mass = own_density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
             state.particles.inverse_mass[i] = Real(1 / mass);
             state.particles.inverse_inertia[i] = Real(1 / (economy.inertia_factor * 0.4 * mass * r * r));
             const double* x = &packing.positions[3 * given];
@@ -84,10 +84,11 @@ template <class Real, class Law> class OwnedSimulation {
             largest = std::max(largest, r);
             smallest = std::min(smallest, r);
             sum += r;
+            shortest_wave = std::min(shortest_wave, r * std::sqrt(own_density / law.modulus));
         }
         state.smallest_radius = smallest;
-        // Taken while nothing touches: half the time that a stiff wave takes across the smallest grain. The first contact brings a true estimate.
-        state.time_step = 0.5 * smallest * std::sqrt(density / law.modulus);
+        // Taken while nothing touches: half the shortest time that a stiff wave takes through a grain. The first contact brings a true estimate.
+        state.time_step = 0.5 * shortest_wave;
         state.time_stepper.longest = law.longest_step(state.time_step);
         state.neighbours.largest_radius = largest;
         state.neighbours.widest_outer_gap = state.neighbours.outer_gap = outer_gap_share * sum / n;

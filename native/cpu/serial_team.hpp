@@ -93,15 +93,17 @@ class SerialTeam {
         return result;
     }
 
-    // A chunk of pairs at a time, so that its columns stay in the nearest cache. A particle's sum has its terms in the order of the pairs.
-    template <class Real, class Sum, class F>
-    [[gnu::flatten]] Vec3<Coordinate> over_pairs(const PairEnds& pairs, const Particles<Real>& particles, Sum* sums, F f) const {
+    // A chunk of pairs at a time, so that its columns stay in the nearest cache. A particle's sum has its terms in the order of the pairs. What the chunk
+    // after the next needs is asked for meanwhile, a little at a time: the shared cache gives enough in all, but not in time where others use it too.
+    template <class Slots, class Real, class Sum, class F>
+    [[gnu::flatten]] Vec3<Coordinate> over_pairs(const PairEnds& pairs, const Slots& slots, const Particles<Real>& particles, Sum* sums, F f) const {
         write_lines(particles);
         for (Index i = 0; i < particles.count; ++i) sums[i] = Sum{};
         Sides<Real> one, two;
         Terms<Real> to_first, to_second;
         alignas(64) Real to_all[3][chunk];
         PairwiseSum<Vec3<Coordinate>> total;
+        const bool far_away = pairs.count > pairs_in_second_cache;
         for (Index begin = 0; begin < pairs.count; begin += chunk) {
             const Index count = minimum(pairs.count - begin, chunk);
             const Index *first = pairs.first + begin, *second = pairs.second + begin;
@@ -114,7 +116,9 @@ class SerialTeam {
                 const Vec3<Real> term = f(begin + k, one.side(k), two.side(k), take_first, take_second);
                 to_all[0][k] = term.x, to_all[1][k] = term.y, to_all[2][k] = term.z;
             }
+            const Index ahead = minimum(begin + 2 * chunk, pairs.count - chunk);
             for (Index k = 0; k < count; k += 4) {
+                if (far_away) fetch_four(ahead + k, pairs, slots, particles.line, sums);
                 const Index some = minimum(count - k, Index(4));
                 Four<Real> head1[4], tail1[4], head2[4], tail2[4];
                 to_first.rows(k, head1, tail1);
@@ -144,6 +148,21 @@ class SerialTeam {
 
   private:
     static constexpr Index chunk = 64;
+
+    static constexpr Index cache_line = 64;  // bytes
+
+    // No more than these are held by the second cache, from which loads are in time by themselves.
+    static constexpr Index pairs_in_second_cache = 8192;
+
+    // Asks for what four pairs read and write, but for their first particles, which come in order.
+    template <class Slots, class Real, class Sum>
+    [[gnu::always_inline]] static inline void fetch_four(Index k, const PairEnds& pairs, const Slots& slots, const Line<Real>* lines, const Sum* sums) {
+        if (k * Index(sizeof(Real)) % cache_line < 4 * Index(sizeof(Real))) slots.fetch(k);
+        for (Index l = k; l < k + 4; ++l) {
+            const Index second = pairs.second[l];
+            fetch_ahead(&lines[second]), fetch_ahead(lines[second].motion + 4), fetch_ahead(&sums[second]);
+        }
+    }
 
     // Each particle's numbers side by side, as gathers want them.
     template <class Real> static void write_lines(const Particles<Real>& p) {

@@ -57,8 +57,8 @@ class BlockTeam {
     }
 
     // Each pair lands its terms in a place of its own; each particle then looks up its pairs', in their order.
-    template <class Real, class Sum, class F>
-    Vec3<Coordinate> over_pairs(const PairEnds& pairs, const Particles<Real>& particles, Sum* sums, F f) const {
+    template <class Slots, class Real, class Sum, class F>
+    Vec3<Coordinate> over_pairs(const PairEnds& pairs, const Slots&, const Particles<Real>& particles, Sum* sums, F f) const {
         PairTerms<Sum>* landed = reinterpret_cast<PairTerms<Sum>*>(pairs.landing);
         each(pairs.count, [&](Index k) {
             PairTerms<Sum>& terms = landed[k];

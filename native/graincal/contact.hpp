@@ -34,7 +34,8 @@ template <class Real> Real twice_spring_energy(const Vec3<Real>& held, Real stif
     return stiffness > Real(0) ? dot(held, held) / stiffness : Real(0);
 }
 
-// Written without branches, so that a loop over pairs becomes vector code.
+// Written without branches, so that a loop over pairs becomes vector code. Squares of what is below 1e-23 vanish in float32, and forces
+// (N) and moments (N m) as small as that are not capped: they are nothing beside those of grains.
 template <class Real> Vec3<Real> capped(const Vec3<Real>& v, Real limit) {
     const Real squared = dot(v, v);
     const Real shrunk = limit / square_root(squared);

@@ -16,7 +16,8 @@ Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edge
     const auto gradient = as<Real>(exact_gradient);
     const Real dt = Real(time_step);
     const PairSlots<Real> slots = list.slots;
-    return team.over_pairs(list.ends(), particles, particles.load, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
+    return team.over_pairs(list.ends(), slots, particles, particles.load, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first,
+                                                                              auto to_second) {
         const Vec3<Coordinate> exact_branch = edges * Cell::nearest_image(two.fractional - one.fractional);
         const Coordinate distance = norm(exact_branch), reach = one.radius + two.radius;
         const Real radius1 = Real(one.radius), radius2 = Real(two.radius), overlap = Real(reach - distance), share = Real(1) / Real(distance);
@@ -78,7 +79,8 @@ struct EqualWeights {
 template <class Team, class Real, class Law, class Weigh = EqualWeights>
 void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& particles, const Neighbours<Real>& list, Weigh weigh = {}) {
     const PairSlots<Real> slots = list.slots;
-    team.over_pairs(list.ends(), particles, particles.stiffness, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
+    team.over_pairs(list.ends(), slots, particles, particles.stiffness, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first,
+                                                                            auto to_second) {
         const Vec3<Real> n = slots.normal[slot], squared = componentwise(n, n);
         const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], Real(1), n, {}, {}, {}});
         const Real counts = slots.touching(slot) ? Real(1) : Real(0), shear = counts * k.shear;

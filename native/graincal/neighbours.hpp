@@ -1,5 +1,6 @@
 // Who may touch whom, at two distances. The outer list, found on a grid, holds the pairs within a generous gap and is rebuilt rarely; from it
-// come the near pairs, whose slots the force pass visits. A slot's history moves with its pair.
+// come the near pairs, whose slots the force pass visits. A slot's history moves with its pair: column by column, each into the memory that the last one
+// left, so that a simulation holds its contacts once.
 #pragma once
 
 #include "cell.hpp"
@@ -27,7 +28,9 @@ template <class Real> struct Neighbours {
     Index* outer_near;           // whether each outer pair is a near one
     Index* found;                // (N, found_room) seconds of outer pairs as they are counted, so that most need not be sought again
     PairSlots<Real> slots;       // the near pairs
-    PairSlots<Real> spare;       // where the next near pairs are gathered
+    Index *next_row, *next_first, *next_second;  // of the near pairs, as they are gathered
+    Index* slot_before;          // of each of them, or -1
+    Real* next_column;           // where the next column is moved
     bool terms_land = false;     // for a team that lands the terms of pairs, and looks up which come in at a particle (PairEnds)
     Index* incoming_row;         // (N + 1)
     Index* incoming;
@@ -52,7 +55,11 @@ template <class Real> struct Neighbours {
         outer_near = arena.take<Index>(outer_pairs);
         found = arena.take<Index>(found_room * n);
         slots.lay_out(arena, n, near_pairs);
-        spare.lay_out(arena, n, near_pairs);
+        next_row = arena.take<Index>(n + 1);
+        next_first = arena.take<Index>(near_pairs);
+        next_second = arena.take<Index>(near_pairs);
+        slot_before = arena.take<Index>(near_pairs);
+        next_column = arena.take<Real>(near_pairs);
         terms_land = lands;
         incoming_row = arena.take<Index>(lands ? n + 1 : 0);
         incoming = arena.take<Index>(lands ? near_pairs : 0);
@@ -220,7 +227,7 @@ template <class Team, class Real> void list_incoming(const Team& team, Neighbour
 template <class Team, class Real>
 NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
-    const PairSlots<Real>&old = list.slots, &fresh = list.spare;
+    PairSlots<Real>& slots = list.slots;
     const Neighbours<Real> outer = list;
     const Particles<Real> p = particles;
     const Cell now = cell;
@@ -234,30 +241,42 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
     team.each(n, [&](Index i) {
         Index count = 0;
         for (Index k = list.outer_row[i]; k < list.outer_row[i + 1]; ++k) count += list.outer_near[k];
-        fresh.row[i] = count;
+        list.next_row[i] = count;
     });
     team.sync();
-    team.scan(n, fresh.row);
-    if (fresh.row[n] > list.near_capacity) {
+    team.scan(n, list.next_row);
+    const Index pairs = list.next_row[n];
+    if (pairs > list.near_capacity) {
         list.near_valid = false;
         return NeighbourStatus::near_full;
     }
     team.each(n, [&](Index i) {
-        Index slot = fresh.row[i], before = old.row[i];
+        Index slot = list.next_row[i], before = slots.row[i];
         for (Index k = list.outer_row[i]; k < list.outer_row[i + 1]; ++k) {
             if (!list.outer_near[k]) continue;
             const Index j = list.outer_second[k];
-            while (before < old.row[i + 1] && old.second[before] < j) ++before;
-            const bool known = before < old.row[i + 1] && old.second[before] == j;
-            fresh.first[slot] = i;
-            fresh.second[slot] = j;
-            fresh.store(slot, known ? old.history(before) : ContactHistory<Real>{});
+            while (before < slots.row[i + 1] && slots.second[before] < j) ++before;
+            const bool known = before < slots.row[i + 1] && slots.second[before] == j;
+            list.next_first[slot] = i;
+            list.next_second[slot] = j;
+            list.slot_before[slot] = known ? before : -1;
             ++slot;
         }
         list.near_reference.set(i, particles.fractional[i]);
     });
     team.sync();
-    exchange(list.slots, list.spare);
+    exchange(slots.row, list.next_row), exchange(slots.first, list.next_first), exchange(slots.second, list.next_second);
+    slots.each_column([&](Real*& column, Real none) {
+        const Real* const from = column;
+        Real* const to = list.next_column;
+        const Index* const before = list.slot_before;
+        team.each(pairs, [=](Index slot) {
+            const Real kept = from[maximum(before[slot], Index(0))];
+            to[slot] = before[slot] < 0 ? none : kept;
+        });
+        team.sync();
+        exchange(column, list.next_column);
+    });
     if (list.terms_land) list_incoming(team, list);
     list.near_edges = cell.edges;
     list.near_valid = true;

@@ -10,6 +10,12 @@ namespace graincal {
 
 enum class Status { running, finished, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, out_of_memory, cancelled };
 
+// The passes of a step. Whoever watches them is called at the end of each; by default nobody does.
+enum class Pass { outer_list, near_list, forces, stiffness, stage, motion };
+struct Unwatched {
+    void operator()(Pass) const {}
+};
+
 template <class Real, class Law> struct Simulation {
     Particles<Real> particles;
     Neighbours<Real> neighbours;
@@ -43,12 +49,16 @@ inline Status as_simulation_status(NeighbourStatus status) {
 }
 
 // Forces, torques and stress at the present positions. The law's increments take the step that led here.
-template <class Team, class Real, class Law> Status find_forces(const Team& team, Simulation<Real, Law>& sim) {
+template <class Team, class Real, class Law, class Watch = Unwatched>
+Status find_forces(const Team& team, Simulation<Real, Law>& sim, Watch&& watch = Unwatched{}) {
+    const Index outer_rebuilds = sim.neighbours.outer_rebuilds;
     const Status status = as_simulation_status(update_neighbours(team, sim.neighbours, sim.particles, sim.cell));
+    watch(sim.neighbours.outer_rebuilds > outer_rebuilds ? Pass::outer_list : Pass::near_list);
     if (status != Status::running) return status;
     const Vec3<Coordinate> virial = find_pair_forces(team, sim.law, sim.cell, sim.particles, sim.neighbours, sim.time_step);
     team.sync();
     sim.stress = (1 / sim.cell.volume()) * virial;
+    watch(Pass::forces);
     return is_finite(sim.stress.x + sim.stress.y + sim.stress.z) ? Status::running : Status::diverged;
 }
 

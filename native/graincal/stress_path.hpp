@@ -143,19 +143,23 @@ bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& 
 
 // Advances at most `steps` steps along the path. Anything but `running` ends the call early; after a neighbour list was found full the
 // simulation is untouched, and goes on once it has more room.
-template <class Team, class Real, class Law>
+template <class Team, class Real, class Law, class Watch = Unwatched>
 Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage* stages, Index stage_count, Progress& progress,
-              const Rest& rest, Record* records, long long steps) {
+              const Rest& rest, Record* records, long long steps, Watch&& watch = Unwatched{}) {
     for (long long step = 0; step < steps; ++step) {
-        if (const Status status = find_forces(team, sim); status != Status::running) return status;
+        if (const Status status = find_forces(team, sim, watch); status != Status::running) return status;
         choose_time_step(team, sim);
+        watch(Pass::stiffness);
         follow_mean_stress(stages[progress.stage], sim);
         if (stage_is_over(team, stages[progress.stage], sim, progress, rest, records)) {
             if (++progress.stage == stage_count) return Status::finished;
             enter_stage(stages[progress.stage], sim, progress, rest);
         }
         drive_cell(sim);
-        if (const Status status = move(team, sim); status != Status::running) return status;
+        watch(Pass::stage);
+        const Status moved = move(team, sim);
+        watch(Pass::motion);
+        if (moved != Status::running) return moved;
     }
     return Status::running;
 }

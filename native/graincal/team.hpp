@@ -3,10 +3,11 @@
 //   team.each(n, f)       f(i) for every i < n, in any order
 //   team.sum(n, f)        sum of f(i), in an order that depends on n alone
 //   team.largest(n, f)    maximum of f(i) and zero
-//   team.over_pairs(pairs, particles, sums, f)
+//   team.over_pairs(pairs, slots, particles, sums, f)
 //                         f(k, one, two, to_first, to_second) evaluates pair k, whose sides are one and two; it calls to_first and to_second with the
 //                         parts of what it adds to the sums of its particles, and returns what it adds to a sum over all pairs. All sums start from zero and
-//                         are taken in orders that depend on the pairs alone; that over all pairs is returned
+//                         are taken in orders that depend on the pairs alone; that over all pairs is returned. slots.fetch(k), which a
+//                         team may call ahead, asks for the memory that f itself uses for pair k
 //   team.scan(n, a)       a[0..n) becomes its exclusive prefix sum, a[n] the total
 //   team.claim(p)         returns *p and adds one to it
 //   team.once(f)          f(), by one member alone

@@ -29,7 +29,8 @@ LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
 """The contact laws by name (docs/contact-laws.md)."""
 
 PRECISIONS = ("float64", "float32")
-"""Of forces, velocities and the contacts' memory, the default first. Positions, overlaps and sums over particles and contacts are float64 in either."""
+"""Of forces, velocities, the contacts' memory and the sums over one particle's contacts, the default first. Positions and what is found from
+them alone are float64 in either, and so are sums over a packing, but for blocks of up to 64 pairs of which the stress is made."""
 
 STEPS_EXPONENT = {"linear": 1 / 2, "hertz-mindlin": 1 / 3}
 """The steps of a run grow with this power of the modulus: the stiffness of a Hertz contact under a given force goes with the modulus to the power 2/3."""

@@ -1,0 +1,82 @@
+// Batches of simulations, and what comes out of them.
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "batch.hpp"
+#include "bindings.hpp"
+
+namespace graincal {
+namespace {
+
+// The recorded states as columns: name -> (T,).
+nb::dict columns_of(const std::vector<Record>& records) {
+    nb::dict result;
+    const auto column = [&](const char* name, auto value) {
+        std::vector<double> values;
+        for (const auto& record : records) values.push_back(static_cast<double>(value(record)));
+        result[name] = as_numpy(std::move(values), {records.size()});
+    };
+    column("volume", [](const auto& r) { return determinant(r.edges); });
+    column("strain_x", [](const auto& r) { return r.strain.x; });
+    column("strain_y", [](const auto& r) { return r.strain.y; });
+    column("strain_z", [](const auto& r) { return r.strain.z; });
+    column("stress_xx", [](const auto& r) { return r.stress(0, 0); });
+    column("stress_yy", [](const auto& r) { return r.stress(1, 1); });
+    column("stress_zz", [](const auto& r) { return r.stress(2, 2); });
+    column("coordination_number", [](const auto& r) { return r.fabric.coordination_number; });
+    column("a_c", [](const auto& r) { return r.fabric.a_c; });
+    column("a_n", [](const auto& r) { return r.fabric.a_n; });
+    column("a_t", [](const auto& r) { return r.fabric.a_t; });
+    column("contacts", [](const auto& r) { return r.fabric.contacts; });
+    column("unbalanced_force", [](const auto& r) { return r.unbalanced_force; });
+    column("steps", [](const auto& r) { return r.steps; });
+    column("flagged", [](const auto& r) { return r.flagged; });
+    return result;
+}
+
+nb::object next_outcome(Batch& batch, double patience) {
+    std::optional<Outcome> outcome;
+    {
+        nb::gil_scoped_release release;
+        outcome = batch.next(std::chrono::duration<double>(patience));
+    }
+    if (!outcome) return nb::none();
+    nb::dict result;
+    result["task"] = outcome->task;
+    result["status"] = name_of(outcome->status);
+    result["columns"] = columns_of(outcome->records);
+    result["consolidation_flagged"] = outcome->consolidation_flagged;
+    result["steps"] = outcome->steps;
+    result["seconds"] = outcome->seconds;
+    return result;
+}
+
+template <class Engine> void bind_start(nb::class_<Batch>& batch) {
+    using Real = typename Engine::Real;
+    using Law = typename Engine::Law;
+    batch.def("__init__",
+             [](Batch* self, const HeldPacking& packing, const std::vector<typename Engine::GivenLaw>& laws, double density, const std::vector<Stage>& stages,
+                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision,
+                const Economy& economy) {
+                 expect_precision<Engine>(precision);
+                 auto held = std::make_shared<const HeldPacking>(packing);
+                 const auto make = [held, laws, density, stages, step_limit, economy](Index k) {
+                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k].template in_precision<Real>(), density, economy), stages, economy.rest(), step_limit};
+                 };
+                 new (self) Batch(make, order, threads, target_named(instruction_set));
+             },
+             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
+             "economy"_a = Economy{});
+}
+
+}  // namespace
+
+void bind_batch(nb::module_& module) {
+    nb::class_<Batch> batch(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.");
+    batch.def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
+        .def("cancel", &Batch::cancel);
+    CompiledEngines::each([&]<class Engine>(Engine) { bind_start<Engine>(batch); });
+}
+
+}  // namespace graincal
