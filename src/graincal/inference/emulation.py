@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import brentq, minimize
 
 from graincal.data import Reference
 from graincal.inference.emulator import Emulator
@@ -15,11 +15,14 @@ from graincal.inference.error_model import ErrorModel
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.explore import Explored, explore
 from graincal.inference.importance import normalised, pareto_k
-from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.likelihood import ReducedLikelihood, log_likelihood, marginal
 from graincal.inference.posterior import Posterior
 
 # An emulator is asked how it does near the posterior; every evaluation counts there a little, so that there is an answer when none carries weight.
 LEAST_COUNT = 0.02
+
+# And its variances are judged by so many evaluations at the least.
+JUDGES = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,16 +78,17 @@ def emulate(
     emulators, likelihoods = [], []
     for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
         emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None)
+        emulator.trust(_nearness(responses[usable], reference, model))
         added = np.diag(emulator.truncation) + (emulator.simulator if scatter else 0)
         emulators.append(emulator)
         likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, added))
 
-    def log_likelihood(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
 
-    explored = explore(space, log_likelihood, rng)
+    explored = explore(space, emulated, rng)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
-    logs = np.where(evaluations.infeasible, -np.inf, log_likelihood(unit))
+    logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
     log_weights = evaluations.log_weights(logs, np.full(len(evaluations), True))
     weights = normalised(log_weights) if np.isfinite(log_weights).any() else np.zeros(len(evaluations))
     near = np.maximum(weights[usable], LEAST_COUNT / usable.sum())
@@ -94,12 +98,27 @@ def emulate(
         tuple(likelihoods),
         explored,
         Posterior(space.names, explored.theta, explored.weights),
-        _maximum(log_likelihood, space, explored),
+        _maximum(emulated, space, explored),
         tuple(float(np.sqrt(np.average(each.error**2, weights=near))) for each in held_out),
         float(np.mean([each.within.mean() for each in held_out])),
         weights,
         pareto_k(log_weights),
     )
+
+
+def _nearness(responses: NDArray[np.float64], reference: Reference, errors: ErrorModel) -> NDArray[np.float64]:
+    """Weights of evaluations (N,), as many effective as it takes to judge by, of those whose own responses are nearest to the reference."""
+    logs = marginal(log_likelihood(responses, reference, errors), errors.log_prior)
+    logs = logs - logs.max()
+    enough = min(max(JUDGES, len(logs) / 4), len(logs) / 2)
+
+    def excess(log_power: float) -> float:
+        weights = np.exp(np.exp(log_power) * logs)
+        return weights.sum() ** 2 / np.sum(weights**2) - enough
+
+    power = 1.0 if excess(0.0) > 0 else np.exp(brentq(excess, -60, 0, xtol=1e-3))
+    weights = np.exp(power * logs)
+    return weights / weights.sum()
 
 
 def _maximum(log_likelihood, space, explored: Explored) -> NDArray[np.float64]:
