@@ -1,0 +1,169 @@
+"""Calibrations of the engine's own triaxial test against curves that it made at known parameters: evaluations until the answer is as good as the truth.
+
+    python benchmarks/dem_calibration.py --packing packing_1000.csv --other packing_2000.csv [--methods posterior iterative-bayesian] [--seeds 1 2] [-o results.jsonl]
+
+Three references, of other parameters and packings each, drained to 20 % of axial strain at 0.5 MPa: one on the calibration's own packing (at another density
+scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
+parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method
+is through when their mean error is at most 1.2 times the floor, or no better than 2 %. Those three are not counted. Finished calibrations are kept in the file of results and
+not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+import graincal as gc
+from graincal.dem.preparation import prepare
+from graincal.execution import available_cores
+from graincal.inference import IterativeBayesianFilter, PosteriorFilter, Stop
+from graincal.inference.errors import observable_errors, sample_errors
+
+SPACE = gc.ParameterSpace.paper()
+STRAIN = np.arange(0.0, 0.2001, 0.004)
+OBSERVABLES = ("stress_ratio", "volumetric_strain")
+TRUTHS = {"own packing": (8.72, 0.227, 28.1, 0.079, 0.569), "other packing": (8.0, 0.3, 38.0, 0.3, 0.4), "prepared packing": (9.4, 0.15, 22.0, 0.2, 0.6)}
+CONFINING_PRESSURE = 0.5e6
+
+# What a curve of a simulation is read to, of its peak: its own scatter is the simulator's, which the posterior learns.
+READING = 0.002
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--packing", required=True)
+    parser.add_argument("--other", required=True)
+    parser.add_argument("--methods", nargs="*", default=["posterior", "iterative-bayesian"], choices=["posterior", "iterative-bayesian"])
+    parser.add_argument("--references", nargs="*", default=list(TRUTHS), choices=list(TRUTHS))
+    parser.add_argument("--seeds", nargs="*", type=int, default=[1, 2])
+    parser.add_argument("--max-evaluations", type=int, default=100, help="of the posterior method; the paper's has 8 iterations of 80 at most")
+    parser.add_argument("--threads", type=int, default=available_cores())
+    parser.add_argument("-o", "--output", type=Path, default=Path("dem_calibration.jsonl"))
+    arguments = parser.parse_args()
+
+    own = gc.Packing.read(arguments.packing)
+    packings = {"own packing": lambda: own, "other packing": lambda: gc.Packing.read(arguments.other), "prepared packing": lambda: prepare(1000, 0.68)}
+    done = [json.loads(line) for line in arguments.output.read_text().splitlines()] if arguments.output.exists() else []
+    for method, seed, name in itertools.product(arguments.methods, arguments.seeds, arguments.references):
+        if any((row["reference"], row["method"], row["seed"]) == (name, method, seed) for row in done):
+            continue
+        truth = np.array(TRUTHS[name])
+        known = next((row for row in done if row["reference"] == name), None)
+        reference = _reference(packings[name](), truth)
+        floor = known["floor"] if known else _fresh(own, truth, reference, arguments.threads)[0]
+        found = calibrate(own, reference, method, seed, floor, arguments)
+        done.append({"reference": name, "method": method, "seed": seed, "floor": floor, "truth": truth.tolist(), **found})
+        with arguments.output.open("a") as file:
+            file.write(json.dumps(done[-1]) + "\n")
+    print_table(done)
+
+
+def _test(packing: gc.Packing, density_scaling: float = 1e3) -> gc.TriaxialTest:
+    return gc.TriaxialTest(packing, CONFINING_PRESSURE, density_scaling=density_scaling)
+
+
+def _reference(packing: gc.Packing, truth: np.ndarray) -> gc.Reference:
+    """One run, as a laboratory has one test."""
+    (response,) = _test(packing, 990.0).simulate(truth, at=STRAIN, threads=1)
+    curves = {name: response.values[name] for name in OBSERVABLES}
+    errors = {name: READING * float(np.abs(values).max()) for name, values in curves.items()}
+    return gc.Reference(STRAIN, curves, measurement_errors=errors, simulated=True)
+
+
+def _fresh(packing: gc.Packing, theta: np.ndarray, reference: gc.Reference, threads: int) -> tuple[float, list[float]]:
+    """The mean error of three runs that differ by their density scaling alone, percent, and each one's."""
+    errors = []
+    for scaling in (997.0, 1001.0, 1003.0):
+        (response,) = _test(packing, scaling).simulate(theta, at=STRAIN, threads=threads)
+        if isinstance(response, gc.Failure):
+            return float("inf"), []
+        pairs = observable_errors(response.observables(OBSERVABLES)[None], reference)
+        errors.append(float(sample_errors(pairs, reference.shares)[0]))
+    return float(np.mean(errors)), errors
+
+
+def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: int, floor: float, arguments: argparse.Namespace) -> dict:
+    """One calibration: what it cost until its answer was as good as the truth, and in all."""
+    if method == "posterior":
+        filter = PosteriorFilter(SPACE, reference, seed=seed, stop=Stop(max_evaluations=arguments.max_evaluations, max_iterations=False))
+    else:
+        only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=8)
+        filter = IterativeBayesianFilter(SPACE, reference, seed=seed, stop=only_s)
+    test = _test(packing)
+    limit = max(1.2 * floor, 2.0)
+    evaluations, failures, seconds, particle_steps, through, last = 0, 0, 0.0, 0.0, None, float("nan")
+    start = time.perf_counter()
+    while not filter.finished:
+        samples = filter.ask()
+        outcomes = test.simulate(samples.theta, at=STRAIN, threads=arguments.threads)
+        responses = np.full((len(samples), len(STRAIN), 2), np.nan)
+        failed = np.zeros(len(samples), dtype=bool)
+        for row, outcome in enumerate(outcomes):
+            seconds += outcome.details.get("seconds", 0.0)
+            particle_steps += outcome.details.get("particle_steps", 0.0)
+            if isinstance(outcome, gc.Response):
+                responses[row] = outcome.observables(OBSERVABLES)
+            else:
+                failed[row] = True
+        failures += int(failed.sum())
+        evaluations += len(samples)
+        filter.tell(samples, responses, failed)
+        answer = _answer(filter)
+        if through is None and answer is not None:
+            last, each = _fresh(packing, answer, reference, arguments.threads)
+            if last <= limit:
+                through = {"evaluations": evaluations, "hours": seconds / 3600, "error": last}
+        best = float(np.nanmin(np.concatenate([iteration.errors for iteration in filter.iterations])))
+        print(f"{method}, seed {seed}: {evaluations} evaluations, best {best:.2f} %, answer {last:.2f} % (floor {floor:.2f} %)", flush=True)
+    posterior = filter.posterior
+    return {
+        "through": through,
+        "evaluations": evaluations,
+        "failures": failures,
+        "core_hours": seconds / 3600,
+        "wall_hours": (time.perf_counter() - start) / 3600,
+        "particle_steps": particle_steps,
+        "best": best,
+        "stopped_by": filter.stopped_by,
+        "answer": None if answer is None else answer.tolist(),
+        "mean": posterior.mean().tolist(),
+        "std": posterior.std().tolist(),
+        "samples": _thinned(posterior),
+        "held_out": list(filter.emulation.held_out) if method == "posterior" else None,
+    }
+
+
+def _answer(filter) -> np.ndarray | None:
+    if isinstance(filter, PosteriorFilter):
+        return filter.emulation.answer if filter.emulation else None
+    last = filter.iterations[-1]
+    return None if last.most_probable is None else last.samples.theta[last.most_probable]
+
+
+def _thinned(posterior: gc.Posterior) -> list[list[float]]:
+    """Two hundred equally weighted samples of a posterior."""
+    rows = np.random.default_rng(0).choice(len(posterior.weights), size=200, p=posterior.weights / posterior.weights.sum())
+    return np.round(posterior.samples[rows], 4).tolist()
+
+
+def print_table(rows: list[dict]) -> None:
+    """A row for each calibration, with the rank of the truth among the posterior's samples, in percent, for each parameter."""
+    print(f"\n{'reference':18}{'method':20}{'seed':>5}{'floor %':>9}{'through at':>12}{'hours':>7}{'error %':>9}{'in all':>8}{'hours':>7}{'best %':>8}   ranks of the truth, %")
+    for row in sorted(rows, key=lambda row: (row["reference"], row["method"], row["seed"])):
+        samples, through = np.array(row["samples"]), row["through"]
+        ranks = (100 * np.mean(samples < np.array(row["truth"]), axis=0)).round().astype(int)
+        reached = f"{through['evaluations']:>12}{through['hours']:>7.2f}{through['error']:>9.2f}" if through else f"{'never':>12}{'':>16}"
+        print(
+            f"{row['reference']:18}{row['method']:20}{row['seed']:>5}{row['floor']:>9.2f}{reached}{row['evaluations']:>8}{row['core_hours']:>7.2f}{row['best']:>8.2f}   "
+            + " ".join(f"{rank:>3}" for rank in ranks)
+        )
+
+
+if __name__ == "__main__":
+    main()
