@@ -147,6 +147,8 @@ def test_several_mistakes_are_said_together(tmp_path):
         ("fixed = { nu = 0.2", "fixed = { log_E = 5e8, nu = 0.2", "fixed.log_E must be a number at least 0 and below 20, not 500000000.0; for a modulus of 5e+08 Pa write 8.699."),
         ("range = [10, 40]", "range = [10, 120]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [10, 120]."),
         ("range = [10, 40]", "range = [-1, 40]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [-1, 40]."),
+        ("phi = { range = [10, 40] }", 'phi = { range = [0.1, 1], unit = "rad" }', 'parameters.phi.unit must be "deg" or left out, in which the contact law takes phi, not "rad"'),
+        ("log_E = { range = [7, 9] }", 'log_E = { range = [-2, 0], unit = "log10 GPa" }', 'parameters.log_E.unit must be "log10 Pa" or left out, in which the contact law takes log_E, not "log10 GPa"'),
         ("range = [7, 9]", "range = [1e7, 1e11]", "parameters.log_E.range must hold numbers at least 0 and below 20, the log10 of the modulus in Pa, not [1e+07, 1e+11]; for a modulus of 1e+07 to 1e+11 Pa write [7, 11]."),
         ("range = [7, 9]", "range = [-5, 21]", "parameters.log_E.range must hold numbers at least 0 and below 20, the log10 of the modulus in Pa, not [-5, 21]."),
         ('"drained"', '"drained"\ncontrol = "volumetric_strain"', 'experiment "drained": a triaxial test is driven by axial_strain or axial_extension, not by volumetric_strain.'),

@@ -19,6 +19,7 @@ from graincal.campaign.config import read_calibration
 from graincal.campaign.status import status
 from graincal.campaign.store import Store, holds_campaign
 from graincal.cli import app, main
+from graincal.execution import available_cores
 from graincal.models import TESTS
 
 from .hyperbola import reference, respond, write_calibration
@@ -175,7 +176,9 @@ def test_check_reads_draws_and_estimates(call, tmp_path):
 
 def test_check_and_calibrate_note_what_is_seldom_meant(call, tmp_path):
     file = write_calibration(tmp_path, ("workers = 1", "workers = 4096"), TWO_ITERATIONS)
-    assert "4096 workers are more than the" in call("check", file).out
+    checked = call("check", file).out
+    cores = available_cores()
+    assert "4096 workers are more than the" in checked and f"with 4096 workers on {cores} core{'s' * (cores > 1)}; " in checked
     assert "Note:" not in call("calibrate", file, "-o", tmp_path / "one", "--workers", "1").out
 
     # The soil contracts first. With its signs turned, a sample dilates from the beginning.
@@ -319,8 +322,9 @@ def test_values_that_another_unit_was_probably_meant_for_are_noted(call, tmp_pat
     assert "Note:" not in call(*given, "--confining-pressure", "1.5e3").err and "Note:" not in call(*given, "--confining-pressure", "200", "-q").err
     assert "axial_stress is 500 Pa" in call(*given, "--axial-stress", "500", "--confining-pressure", "1e3").err
     assert "if 0.2 MPa is meant, write 200000" in call(*given, "--confining-pressure", "0.2").err
-    modulus = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "2e5", *PARAMETERS.replace("log_E=9", "log_E=5e8").split()]
+    modulus = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "2e5", *PARAMETERS.replace("log_E=9", "log_E=5e8").replace("phi=30", "phi=0.5").split()]
     wrong = call(*modulus)
+    assert "Note: phi = 0.5 is in degrees; if 0.5 rad is meant, write 28.65.\n" in wrong.err
     assert wrong.code == 1 and wrong.err.endswith("log_E = 5e+08 has no meaning, it must be a number at least 0 and below 20; for a modulus of 5e+08 Pa write 8.699.\n")
 
     call("simulate", "triaxial", "--confining-pressure", "2e3", "--axial-strain", "0.002", "--increment", "0.001", *SOFT, "-o", tmp_path / "reference.csv", "-q")

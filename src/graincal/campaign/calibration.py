@@ -16,7 +16,7 @@ from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
 from graincal.inference import METHODS, IterativeBayesianFilter, Stop
 from graincal.models import StressPathTest
-from graincal.models.stress_path import check_ranges
+from graincal.models.stress_path import check_ranges, check_units
 from graincal.suggestion import did_you_mean
 
 FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
@@ -91,6 +91,7 @@ class Calibration:
                 raise InputError(
                     f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
                 )
+            check_units(self.space)
             check_ranges(self.space, model.law)
         returned = getattr(model, "returned", None)
         if returned is not None and (missing := set(experiment.reference.names) - set(returned)):

@@ -203,10 +203,10 @@ def _parse(parameters: list[str]) -> dict[str, float]:
 
 def _doubts(test: StressPathTest, theta: Mapping[str, float], at: Sequence[float]) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
-    from graincal.models.plausibility import unusual_log_modulus, unusual_pressure
-    from graincal.models.stress_path import unusual
+    from graincal.models.plausibility import unusual_pressure
+    from graincal.models.stress_path import unusual, unusual_parameters
 
-    said = [unusual_log_modulus("log_E", theta["log_E"])] if "log_E" in theta else []
+    said = unusual_parameters({name: (value,) for name, value in theta.items()})
     if test.control.endswith("stress"):
         said += [unusual_pressure(test.control, value) for value in sorted({min(at), max(at)}) if value > 0]
     return unusual(test) + [doubt for doubt in said if doubt]

@@ -37,6 +37,19 @@ STRESS_MEASURES = {
     "deviator_to_mean_stress": StressMeasure(False, lambda eta, _: (3.0 + 2.0 * eta) / (3.0 - eta)),
 }
 
+LARGEST_STRESS_RATIO = 100.0
+"""No soil comes near; a larger one is a confining pressure in another unit than pascals."""
+SHEARED = 0.05
+"""How far from 1 the stress ratio of a sheared sample comes at the least, somewhere in its test: soils fail at 2 to 5."""
+
+
+def unsheared(lowest: float, highest: float) -> str | None:
+    """What is to be said of a stress ratio that stays at 1, between its lowest and its highest value; None for one that does not."""
+    if max(abs(lowest - 1), abs(highest - 1)) > SHEARED:
+        return None
+    return f"the stress ratio stays between {lowest:.4g} and {highest:.4g}, as if the sample were never sheared: is the unit of the stress right, and the confining pressure?"
+
+
 _CALLED = {
     "axial_strain": "axialstrain axstrain strainaxial verticalstrain majorstrain epsa epsaxial epsilona epsilonaxial ea eaxial eps1 "
     "epsilon1 e1 epsz epszz ezz "

@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 from graincal.data import InputError, Reference
 from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
 from graincal.laboratory.columns import Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
-from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_MEASURES
+from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, SIGNED, STRAINS, STRESS_MEASURES
 from graincal.laboratory.table import Table, read_table
-
-LARGEST_STRESS_RATIO = 100.0
-"""No soil comes near; a larger one is a confining pressure in another unit than pascals."""
 
 
 def read_reference(
@@ -204,11 +201,16 @@ def _conversions(sources: Mapping[str, Column], conventions: Conventions, confin
         if conventions.is_engineering(column.quantity):
             notes.append(f"{column.quantity} is given as engineering strain and was converted to logarithmic strain.")
         if conventions.is_reversed(column.quantity):
-            notes.append(f"{column.quantity} is given with compression negative, and its sign was changed.")
+            notes.append(sign_change(column.quantity))
         if column.quantity != name:
             at = f" at a confining pressure of {confining_pressure:g} Pa" if STRESS_MEASURES[column.quantity].needs_confining_pressure else ""
             notes.append(f"{name} was computed from {column.quantity}, column '{column.header}'{at}.")
     return notes
+
+
+def sign_change(quantity: str) -> str:
+    """The note on a quantity whose sign was turned."""
+    return f"{quantity} is given with compression negative, and its sign was changed."
 
 
 def _open_measures(plain: Mapping[str, NDArray[np.float64]], conventions: Conventions) -> list[str]:
