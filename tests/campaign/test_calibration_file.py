@@ -134,8 +134,9 @@ def test_several_mistakes_are_said_together(tmp_path):
     [
         ("confining_pressure = 2e5", "confining_presure = 2e5", 'experiment "drained": model.confining_presure is not a key that is known here (did you mean "confining_pressure"?), and one of'),
         ("confining_pressure = 2e5", "confining_pressure = 2e5, law = 'hertz-midlin'", 'model.law must be "linear" or "hertz-mindlin", not "hertz-midlin" (did you mean "hertz-mindlin"?).'),
-        ("phi = { range = [10, 40] }", "phi_ = { range = [10, 40] }", 'phi_, nu, beta_m, eta_m (did you mean "phi"?).'),
-        ("stress_ratio = {", "stres_ratio = {", 'did you mean "stress_ratio"?'),
+        ("phi = { range = [10, 40] }", "phi_ = { range = [10, 40] }", 'once, as a parameter or fixed: phi_ is not one of them (did you mean "phi"?); phi is missing.'),
+        ("stress_ratio = {", "stres_ratio = {", 'stres_ratio is not an observable of a triaxial test (did you mean "stress_ratio"?), which gives axial_strain, '),
+        ("stress_ratio = {", "q = {", 'experiment "drained": q is not an observable of a triaxial test (did you mean "stress_ratio"?), which gives axial_strain, '),
         ("phi = { range = [10, 40] }", "psi = { range = [10, 40] }", 'experiment "drained": a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once'),
         ('packing = "cubic.csv"', 'packing = "cubic.csv", seed = 1', 'experiment "drained": model has both packing and seed, and one of them was expected'),
         ('packing = "cubic.csv"', "particles = 500", 'experiment "drained": model needs either packing, the name of a file, or particles and void_ratio'),

@@ -236,7 +236,8 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     # So short and soft a test is hardly chaotic: another rounding makes another curve, and much the same one.
     assert np.any(single["stress_ratio"] != curve["stress_ratio"])
     np.testing.assert_allclose(single["stress_ratio"], curve["stress_ratio"], rtol=0.01)
-    assert "together 0.00 %" in call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
+    beside = call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
+    assert "together 0.00 %" in beside and "The reference: axial_strain and volumetric_strain are taken as logarithmic" in beside
     clash = call(*given, *truth, "--at", tmp_path / "reference.csv", "-o", tmp_path / "reference.csv")
     assert clash.code == 1 and clash.err == f"{tmp_path / 'reference.csv'}: this is one of the files that are read, and is not overwritten; name another.\n"
 
@@ -375,7 +376,7 @@ PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
         ("simulate table --packing x -p phi=1 --table nowhere.csv", "nowhere.csv: there is no such file, and the table of a stress path was expected here."),
         (
             f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 -p logE=8 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.1",
-            'a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once, as a parameter or fixed, and was given logE, nu, phi, beta_m, eta_m (did you mean "log_E"?).',
+            'a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once, as a parameter or fixed: logE is not one of them (did you mean "log_E"?); log_E is missing.',
         ),
         ("calibrate nowhere.toml -o out", "nowhere.toml: there is no such file, and a calibration file was expected here."),
         ("resume nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
@@ -498,5 +499,5 @@ def test_a_report_overwrites_no_other_file(call, campaign, tmp_path):
 
 def test_an_observable_that_the_test_does_not_return_is_refused_before_anything_runs():
     porosity = gc.Reference([0.0, 0.01], {"porosity": [0.4, 0.4]})
-    with pytest.raises(gc.InputError, match="the reference needs porosity too"):
+    with pytest.raises(gc.InputError, match="porosity is not an observable of a triaxial test, which gives axial_strain, "):
         gc.calibrate(gc.TriaxialTest(gc.Packing.read(PACKING), 1e5), porosity, gc.ParameterSpace.paper())

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import Calibration, check_observables
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, ParameterSpace, Reference
@@ -170,7 +170,10 @@ class ExperimentEntry(Section):
     def build(self, folder: Path) -> Experiment:
         """The experiment that is described, with its reference and packing read."""
         try:
-            return Experiment(self.name, self.model.build(folder, self.control), self.read_reference(folder))
+            model = self.model.build(folder, self.control)
+            # Before the file is read, whose columns would be blamed for what is no observable.
+            check_observables(model, tuple(self.observables))
+            return Experiment(self.name, model, self.read_reference(folder))
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
 

@@ -247,5 +247,6 @@ def _describe(curve: Response, reference: Reference | None) -> list[str]:
 
         errors = observable_errors(curve.observables(reference.names)[None], reference)
         each = ", ".join(f"{name} {error:.2f} %" for name, error in zip(reference.names, errors[0]))
+        lines += [f"The reference: {note}" for note in reference.notes]
         lines.append(f"Error against the reference: {each}; together {sample_errors(errors, reference.shares)[0]:.2f} %")
     return lines

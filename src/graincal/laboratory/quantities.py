@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graincal.laboratory.units import Unit, find_unit, split_header
+from graincal.suggestion import did_you_mean
 
 STRAINS = ("axial_strain", "volumetric_strain", "radial_strain")
 STRESSES = ("deviator_stress", "axial_stress")
@@ -20,6 +21,8 @@ DIMENSIONS = (
     | dict.fromkeys((*STRESSES, "confining_pressure"), "pressure")
 )
 """The dimension that a known quantity must have; a quantity of any other name may have any."""
+OBSERVABLES = ("stress_ratio", "volumetric_strain", "void_ratio", "radial_strain")
+"""What is mostly compared."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,14 @@ def guess(header: str) -> tuple[str | None, Unit | None]:
         if trailing is not None and trailing.symbol != "-":
             return _known(found["name"]), trailing
     return quantity, unit
+
+
+def did_you_mean_observable(name: str, known: Collection[str]) -> str:
+    """` (did you mean "stress_ratio"?)`, to stand behind an observable that is not known: by its spelling, or as another name of a known quantity."""
+    quantity = guess(name)[0]
+    if quantity in STRESS_MEASURES and quantity not in known:
+        quantity = "stress_ratio"
+    return f' (did you mean "{quantity}"?)' if quantity in known else did_you_mean(name, known)
 
 
 def _known(name: str) -> str | None:

@@ -164,9 +164,11 @@ class StressPathTest(Economy, ABC):
         """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
         given = [*samples.names, *self.fixed]
         if sorted(given) != sorted(PARAMETERS):
-            unknown = next((name for name in given if name not in PARAMETERS), "")
-            meant = did_you_mean(unknown, set(PARAMETERS) - set(given))
-            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}{meant}.")
+            missing = [name for name in PARAMETERS if name not in given]
+            wrong = [f"{name} is not one of them{did_you_mean(name, missing)}" for name in given if name not in PARAMETERS]
+            wrong += [f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []
+            wrong += [f"{name} is given twice" for name in PARAMETERS if given.count(name) > 1]
+            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed: {'; '.join(wrong)}.")
         columns = {name: samples.theta[:, k] for k, name in enumerate(samples.names)}
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
         return np.stack([columns[name] for name in PARAMETERS], axis=1)
