@@ -29,7 +29,7 @@ class Calibration:
 
     filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
     what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
-    nothing is found by them, and the report shows them beside what is.
+    nothing is found by them, and the report shows them beside what is. file: the path of the calibration file from the root, if there is one.
     """
 
     space: ParameterSpace
@@ -41,6 +41,7 @@ class Calibration:
     workers: int | Literal["all"] = "all"
     source: str = ""
     truth: Mapping[str, float] = field(default_factory=dict)
+    file: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
