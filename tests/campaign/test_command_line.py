@@ -103,6 +103,13 @@ def test_resume_goes_on_by_another_limit_and_says_what_was_edited(campaign, call
     fewer = call("resume", folder, "--max-iterations", "3")
     assert fewer.code == 1 and "it would have ended after 3 of the 4 iterations that are begun" in fewer.err
 
+    original = campaign.parent / "calibration.toml"
+    kept = original.read_text()
+    original.write_text(kept.replace("alpha = 10", "alpha = 12"))
+    later = call("resume", folder)
+    original.write_text(kept)
+    assert "was changed in filter.alpha since this campaign was begun by it" in " ".join(later.out.split())
+
     whole = write_calibration(tmp_path, ("max_iterations = 3", "max_iterations = 4"))
     assert call("calibrate", whole, "-o", tmp_path / "whole", "--quiet").code == 0
     expected, found = gc.Result.read(tmp_path / "whole"), gc.Result.read(folder)
