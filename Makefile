@@ -17,12 +17,14 @@ test: $(TEST_INSTALLED)
 $(INSTALLED): $(SOURCES)
 	@sh tools/check-machine.sh $(PYTHON)
 	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
+	@echo "building the engine and fetching what it needs, about a minute ..."
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable .
 	touch $@
 
 $(TEST_INSTALLED): $(SOURCES)
 	@sh tools/check-machine.sh $(PYTHON)
 	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
+	@echo "building the engine and fetching what it needs, about a minute ..."
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[test]"
 	touch $(INSTALLED) $@
 

@@ -19,6 +19,7 @@ from graincal.campaign.config import read_calibration
 from graincal.campaign.status import status
 from graincal.campaign.store import Store, holds_campaign
 from graincal.cli import app, main
+from graincal.execution import available_cores
 from graincal.models import TESTS
 
 from .hyperbola import reference, respond, write_calibration
@@ -102,6 +103,13 @@ def test_resume_goes_on_by_another_limit_and_says_what_was_edited(campaign, call
     fewer = call("resume", folder, "--max-iterations", "3")
     assert fewer.code == 1 and "it would have ended after 3 of the 4 iterations that are begun" in fewer.err
 
+    original = campaign.parent / "calibration.toml"
+    kept = original.read_text()
+    original.write_text(kept.replace("alpha = 10", "alpha = 12"))
+    later = call("resume", folder)
+    original.write_text(kept)
+    assert "was changed in filter.alpha since this campaign was begun by it" in " ".join(later.out.split())
+
     whole = write_calibration(tmp_path, ("max_iterations = 3", "max_iterations = 4"))
     assert call("calibrate", whole, "-o", tmp_path / "whole", "--quiet").code == 0
     expected, found = gc.Result.read(tmp_path / "whole"), gc.Result.read(folder)
@@ -175,7 +183,9 @@ def test_check_reads_draws_and_estimates(call, tmp_path):
 
 def test_check_and_calibrate_note_what_is_seldom_meant(call, tmp_path):
     file = write_calibration(tmp_path, ("workers = 1", "workers = 4096"), TWO_ITERATIONS)
-    assert "4096 workers are more than the" in call("check", file).out
+    checked = call("check", file).out
+    cores = available_cores()
+    assert "4096 workers are more than the" in checked and f"with 4096 workers on {cores} core{'s' * (cores > 1)}; " in checked
     assert "Note:" not in call("calibrate", file, "-o", tmp_path / "one", "--workers", "1").out
 
     # The soil contracts first. With its signs turned, a sample dilates from the beginning.
@@ -233,7 +243,8 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     # So short and soft a test is hardly chaotic: another rounding makes another curve, and much the same one.
     assert np.any(single["stress_ratio"] != curve["stress_ratio"])
     np.testing.assert_allclose(single["stress_ratio"], curve["stress_ratio"], rtol=0.01)
-    assert "together 0.00 %" in call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
+    beside = call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
+    assert "together 0.00 %" in beside and "The reference: axial_strain and volumetric_strain are taken as logarithmic" in beside
     clash = call(*given, *truth, "--at", tmp_path / "reference.csv", "-o", tmp_path / "reference.csv")
     assert clash.code == 1 and clash.err == f"{tmp_path / 'reference.csv'}: this is one of the files that are read, and is not overwritten; name another.\n"
 
@@ -319,8 +330,9 @@ def test_values_that_another_unit_was_probably_meant_for_are_noted(call, tmp_pat
     assert "Note:" not in call(*given, "--confining-pressure", "1.5e3").err and "Note:" not in call(*given, "--confining-pressure", "200", "-q").err
     assert "axial_stress is 500 Pa" in call(*given, "--axial-stress", "500", "--confining-pressure", "1e3").err
     assert "if 0.2 MPa is meant, write 200000" in call(*given, "--confining-pressure", "0.2").err
-    modulus = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "2e5", *PARAMETERS.replace("log_E=9", "log_E=5e8").split()]
+    modulus = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "2e5", *PARAMETERS.replace("log_E=9", "log_E=5e8").replace("phi=30", "phi=0.5").split()]
     wrong = call(*modulus)
+    assert "Note: phi = 0.5 is in degrees; if 0.5 rad is meant, write 28.65.\n" in wrong.err
     assert wrong.code == 1 and wrong.err.endswith("log_E = 5e+08 has no meaning, it must be a number at least 0 and below 20; for a modulus of 5e+08 Pa write 8.699.\n")
 
     call("simulate", "triaxial", "--confining-pressure", "2e3", "--axial-strain", "0.002", "--increment", "0.001", *SOFT, "-o", tmp_path / "reference.csv", "-q")
@@ -371,7 +383,7 @@ PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
         ("simulate table --packing x -p phi=1 --table nowhere.csv", "nowhere.csv: there is no such file, and the table of a stress path was expected here."),
         (
             f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 -p logE=8 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.1",
-            'a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once, as a parameter or fixed, and was given logE, nu, phi, beta_m, eta_m (did you mean "log_E"?).',
+            'a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once, as a parameter or fixed: logE is not one of them (did you mean "log_E"?); log_E is missing.',
         ),
         ("calibrate nowhere.toml -o out", "nowhere.toml: there is no such file, and a calibration file was expected here."),
         ("resume nowhere", "nowhere: there is no campaign in this folder (no campaign.db)."),
@@ -494,5 +506,5 @@ def test_a_report_overwrites_no_other_file(call, campaign, tmp_path):
 
 def test_an_observable_that_the_test_does_not_return_is_refused_before_anything_runs():
     porosity = gc.Reference([0.0, 0.01], {"porosity": [0.4, 0.4]})
-    with pytest.raises(gc.InputError, match="the reference needs porosity too"):
+    with pytest.raises(gc.InputError, match="porosity is not an observable of a triaxial test, which gives axial_strain, "):
         gc.calibrate(gc.TriaxialTest(gc.Packing.read(PACKING), 1e5), porosity, gc.ParameterSpace.paper())

@@ -7,6 +7,8 @@ from graincal import Experiment, Reference
 from graincal.campaign import Calibration
 from graincal.campaign.doubts import doubts
 from graincal.cli.text import duration
+from graincal.laboratory.reading import sign_change
+from graincal.models.stress_path import unusual_parameters
 
 from .hyperbola import SPACE, STRAIN, model
 
@@ -30,6 +32,27 @@ DENSE = 0.1 * STRAIN - 0.4 * STRAIN**2
 def test_a_volumetric_strain_is_noted_where_its_sign_looks_turned(stress_ratio, volumetric_strain, noted):
     reference = Reference(STRAIN, {"stress_ratio": stress_ratio, "volumetric_strain": volumetric_strain})
     assert any("dilates first" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))) == noted
+
+
+def test_a_sign_that_was_turned_is_to_be_turned_back():
+    reference = Reference(STRAIN, {"volumetric_strain": -0.05 * STRAIN}, notes=(sign_change("volumetric_strain"),))
+    (doubt,) = doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))
+    assert doubt.endswith('needs compression = { volumetric_strain = "positive" }.')
+
+
+@pytest.mark.parametrize(("stress_ratio", "noted"), [(1 + (HARDENING - 1) / 400, True), (HARDENING, False), (1 - (HARDENING - 1) / 10, False)])
+def test_a_stress_ratio_that_stays_at_one_is_noted(stress_ratio, noted):
+    reference = Reference(STRAIN, {"stress_ratio": stress_ratio})
+    assert any("is the unit of the stress right" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))) == noted
+
+
+def test_degrees_that_look_like_radians_are_noted():
+    assert unusual_parameters({"phi": (0.5,), "fixed.phi": (30.0,), "parameters.phi": (0.1, 1.0), "nu": (0.2,)}) == [
+        "phi = 0.5 is in degrees; if 0.5 rad is meant, write 28.65.",
+        "parameters.phi = 0.1 to 1 is in degrees; if 0.1 to 1 rad is meant, write 5.73 to 57.3.",
+    ]
+    # Smooth grains are none.
+    assert unusual_parameters({"phi": (0.0,)}) == []
 
 
 def test_a_time_span_can_follow_about():

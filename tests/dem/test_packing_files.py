@@ -106,6 +106,11 @@ def test_an_empty_file_is_refused(tmp_path):
     assert "'cell lengths: Lx Ly Lz' in metres is needed" in refusal_of(tmp_path, "")
 
 
+@pytest.mark.parametrize("header", ["axial_strain [%],volumetric_strain [%]", "Ea(%);q (kPa)", "# cell pressure\neps_v, %\ts1/s3"])
+def test_a_laboratory_file_is_called_so(tmp_path, header):
+    assert "this looks like a laboratory file (column '" in refusal_of(tmp_path, f"{header}\n0,1\n")
+
+
 def test_negative_cell_lengths_are_refused(tmp_path):
     assert "positive" in refusal_of(tmp_path, FILE.replace("8.0 8.0 9.0", "-8.0 -8.0 9.0"))
 

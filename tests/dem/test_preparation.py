@@ -54,3 +54,9 @@ def test_what_was_prepared_is_kept(cache, monkeypatch):
 def test_a_void_ratio_out_of_reach_is_refused_with_the_range(cache, void_ratio):
     with pytest.raises(InputError, match=rf"void_ratio: {void_ratio} is out of reach for grading toyoura, which packs to between 0\.\d+ and 0\.\d+\."):
         prepare(400, void_ratio, seed=1)
+
+
+def test_the_built_in_toyoura_is_toyoura_sand_enlarged():
+    # Its median diameter is published as 0.17 to 0.22 mm.
+    grading = Grading.named("toyoura")
+    assert 0.17e-3 < np.interp(50, grading.passing, grading.sizes) / grading.enlarged < 0.22e-3

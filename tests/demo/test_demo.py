@@ -39,11 +39,14 @@ def test_the_command_ends_with_truth_beside_estimate_and_the_report(monkeypatch,
         return replace(whole(*arguments, **options), space=space, filter_options={"alpha": 1}, stop=Stop(max_iterations=1))
 
     monkeypatch.setattr(demo, "calibration", small)
-    folder = tmp_path / "demo"
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "graincal-demo").mkdir()
+    folder = tmp_path / "graincal-demo-2"
     with pytest.raises(SystemExit) as ended:
-        main(["demo", "-o", str(folder)])
+        main(["demo"])
     out = capsys.readouterr().out
     assert not ended.value.code
+    assert out.startswith("graincal-demo is there already, so this demo goes into graincal-demo-2.\n")
     assert out.index("· reference") < out.index("iteration 0") < out.index("truth") < out.index("report.html")
     report = (folder / "report.html").read_text()
     assert all(f"The truth, {value:g}" in report for value in demo.TRUTH.values())

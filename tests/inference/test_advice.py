@@ -14,7 +14,7 @@ def iteration(error, s, states=50):
 
 
 @pytest.mark.parametrize(
-    ("error", "word", "why"), [(1.65, "optimal", "below 2 %"), (4.23, "sub-optimal", "between 2 and 5 %"), (5.22, "sub-optimal", "above 5 %")]
+    ("error", "word", "why"), [(1.65, "optimal", "below 2 %"), (4.23, "sub-optimal", "between 2 and 5 %"), (5.22, "sub-optimal", "above 5 %"), (29.97, "no fit", "above 20 %")]
 )
 def test_the_grade_is_that_of_fig_17(error, word, why):
     result = grade(iteration(error, s=0.01))
@@ -29,13 +29,13 @@ def test_an_s_well_above_its_threshold_is_named():
     assert "well above its threshold of 0.01" in grade(iteration(1.0, s=0.05), Stop(s=False)).reasons[1]
 
 
-def test_an_iteration_without_weights_is_sub_optimal_because_of_that():
+def test_an_iteration_in_which_everything_failed_has_no_result():
     errors = np.full(4, np.nan)
     empty = Iteration(
         0, Samples(np.arange(4), np.zeros((4, 1)), ("a",)), None, np.ones(4, dtype=bool), errors[:, None], errors, np.zeros((50, 4)),
         np.nan, np.nan, np.nan, "only 0 of 4 samples have a usable response",
     )  # fmt: skip
-    assert grade(empty).word == "sub-optimal"
+    assert grade(empty).word == "no result"
     assert "only 0 of 4" in grade(empty).reasons[0]
 
 

@@ -193,6 +193,14 @@ def test_what_was_not_asked_is_refused_and_changes_nothing(wrong, message):
     assert_identical(run(filter, shear), run(shear_filter(), shear))
 
 
+def test_nothing_is_no_samples():
+    with pytest.raises(InputError, match="tell: samples must be those of ask\\(\\), or some of them by take\\(\\), not None"):
+        shear_filter().tell(None, None)
+    filter = shear_filter()
+    with pytest.raises(InputError, match="responses to experiment 1 must have the shape"):
+        filter.tell(filter.ask(), None)
+
+
 def test_what_was_told_cannot_be_told_again():
     filter = shear_filter()
     samples = filter.ask().take([3])

@@ -73,7 +73,7 @@ def test_a_proposal_is_a_complete_calibration(tmp_path: Path) -> None:
     assert "CHECK: cannot be seen from the file" in proposal
 
 
-def test_what_the_user_knows_is_written(tmp_path: Path) -> None:
+def test_what_the_user_knows_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "tests").mkdir()
     calibration, proposal, _ = proposal_of(
         text(CANONICAL, *percent()),
@@ -85,7 +85,11 @@ def test_what_the_user_knows_is_written(tmp_path: Path) -> None:
     )
     experiment = calibration["experiment"][0]
     assert experiment["name"] == 'a "good" test'
-    assert experiment["reference"]["file"] == '../tests/a "good" test.csv'
+    # A path that was given from the root stays so; others are relative to where the calibration file will stand.
+    assert experiment["reference"]["file"] == f'{tmp_path}/tests/a "good" test.csv'
+    monkeypatch.chdir(tmp_path)
+    relative = propose(look('tests/a "good" test.csv'), packing="tests/packing.csv", folder="calibrations")
+    assert 'file        = "../tests/a \\"good\\" test.csv"' in relative and 'packing = "../tests/packing.csv"' in relative
     assert experiment["reference"]["strain"] == "logarithmic"
     assert experiment["model"]["confining_pressure"] == 3e5
     assert "cannot be seen" not in proposal.split("[experiment.reference]")[1]
@@ -128,8 +132,13 @@ def test_a_look_finds_loops_pauses_and_gaps(tmp_path: Path) -> None:
         (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO - 1)), "may be q/p"),
         (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "does not say the confining pressure"),
         (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "Engineering or logarithmic strain cannot be seen"),
-        (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "without the key strain is taken as logarithmic; as engineering, 20 % would be 22.3 %."),
+        (text("axial_strain,stress_ratio", *rows(AXIAL_STRAIN, STRESS_RATIO)), "The proposal says engineering, as most laboratories print: 20 % then means 22.3 % logarithmic."),
         (text("axial_strain,stress_ratio,time", *rows(AXIAL_STRAIN, STRESS_RATIO, STRESS_RATIO)), "Left out: 'time'."),
+        # At 0.2 MPa, q of 0 to 5.7 kPa is a stress ratio of 1 to 1.03: the column holds ratios, or MPa.
+        (text("# cell pressure 0.2 MPa", "eps_a [%],q [kPa]", *rows(100 * AXIAL_STRAIN, STRESS_RATIO)), "'q [kPa]' at 200000 Pa: the stress ratio stays between 1.005 and 1.02"),
+        (text("eps_a [%],s1/s3", *rows(100 * AXIAL_STRAIN, 1 + STRESS_RATIO / 1000)), "as if the sample were never sheared"),
+        (text("# cell pressure 0.2 kPa", "eps_a [%],q [kPa]", *rows(100 * AXIAL_STRAIN, DEVIATOR_STRESS / 1e3)), "which no soil does"),
+        (text("eps_a [%],eps_v [%]", *rows(100 * AXIAL_STRAIN, STRAINS[1])), "No column of a stress is understood"),
     ],
 )  # fmt: skip
 def test_a_look_warns(content: str, words: str, tmp_path: Path) -> None:
@@ -152,6 +161,27 @@ def test_a_file_that_is_not_understood_is_refused_with_its_headers(headers: str,
         f"{tmp_path / 'lab.csv'}: none of the headers '{first}', '{second}' is known as {lacking}, and names such as 'axial_strain [%]', "
         "'volumetric_strain [%]' and 'deviator_stress [kPa]' or 'stress_ratio' were expected."
     )
+
+
+def test_a_column_that_cannot_be_read_is_left_out_with_the_reason(tmp_path: Path) -> None:
+    # Two columns with decimal points and one with commas.
+    lines = [f"{100 * strain:.3f};{100 * volume:.3f};{str(round(q, 1)).replace('.', ',')}" for strain, volume, q in zip(*STRAINS, DEVIATOR_STRESS / 1e3)]
+    _, _, said = proposal_of(text("eps_a [%];eps_v [%];q [kPa]", *lines), tmp_path)
+    assert "Left out: 'q [kPa]' (deviator_stress, but its numbers cannot be read: line 2 says '0,0', and numbers here have the decimal mark '.'" in said
+    assert "No column of a stress is understood" in said
+    _, _, said = proposal_of(text("eps_a [%],eps_v [mm],q [kPa]", *rows(*STRAINS, DEVIATOR_STRESS / 1e3)), tmp_path)
+    assert "Left out: 'eps_v [mm]' (volumetric_strain, but 'mm' is a unit of length, and one of -, %, permille, microstrain was expected)." in said
+    with pytest.raises(InputError, match=r"not all are there: 'eps_a \[mm\]' would be axial_strain, but 'mm' is a unit of length"):
+        proposal_of(text("eps_a [mm],q [kPa]", *rows(AXIAL_STRAIN, DEVIATOR_STRESS / 1e3)), tmp_path)
+
+
+def test_what_the_user_says_against_the_file_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(text("# confining pressure 0.5e6 Pa, true strain", CANONICAL, *percent()))
+    said = "\n".join(describe(look(path), strain="engineering", confining_pressure=500))
+    assert "The file says a confining pressure of 500000 Pa, and you 500 Pa: yours is taken." in said
+    assert "The file speaks of logarithmic strain, and you of engineering strain: yours is taken." in said
+    assert "yours" not in "\n".join(describe(look(path), strain="logarithmic", confining_pressure=5e5))
 
 
 def test_a_german_file_is_understood(tmp_path: Path) -> None:

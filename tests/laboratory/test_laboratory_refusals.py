@@ -209,6 +209,15 @@ def test_what_is_no_file_is_refused(read, tmp_path: Path) -> None:
     assert_one_sentence(str(refusal.value), tmp_path, ["this is a folder", "a laboratory file was expected"])
 
 
+@pytest.mark.parametrize("header", ["q [kPa]", "Deviator [kPa]"])
+def test_another_name_of_an_observable_is_refused_and_not_the_column_that_is_right(header: str, tmp_path: Path) -> None:
+    path = tmp_path / "lab.csv"
+    path.write_text(f"axial_strain,{header}\n0,0\n0.1,100\n")
+    with pytest.raises(InputError) as error:
+        read_reference(path, observables=["q"], columns={"deviator_stress": header}, confining_pressure=1e5)
+    assert str(error.value).startswith(f"{path}: 'q' is not an observable (did you mean \"stress_ratio\"?), and stress_ratio, volumetric_strain, ")
+
+
 def test_long_lists_of_lines_are_cut(tmp_path: Path) -> None:
     path = tmp_path / "lab.csv"
     path.write_text(text("axial_strain,stress_ratio", *(f"{0.001 * i},{i}\n{0.001 * i - 0.0005},0" for i in range(12))))

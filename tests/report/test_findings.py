@@ -8,7 +8,7 @@ from graincal.inference import IterativeBayesianFilter, Posterior, Stop
 from graincal.report import find
 from graincal.report.chance import narrowing_by_chance
 from graincal.report.close_fits import MARGIN, CloseFits, close_fits
-from graincal.report.findings import judge, rule, trade_offs
+from graincal.report.findings import judge, legend, rule, trade_offs
 from graincal.report.markup import to_html, to_mathtext, to_plain
 
 
@@ -17,12 +17,12 @@ def spread_evenly(low, high, count=2001):
     return low + (high - low) * (np.arange(count) + 0.5) / count
 
 
-def found(values, *, name="eta_m", limits=(0, 1), unit="", by_chance=1.0, close=None, truth=None):
+def found(values, *, name="eta_m", limits=(0, 1), unit="", by_chance=1.0, close=None, truth=None, count=12):
     """The finding on equal weights; what fits about as well is their own range unless it is given."""
     values = np.asarray(values, dtype=float)
     posterior = Posterior((name,), values[:, None], np.full(len(values), 1 / len(values)))
     low, high = close or (values.min(), values.max())
-    fits = CloseFits(5.0, len(values), np.array([low]), np.array([high]))
+    fits = CloseFits(5.0, count, np.array([low]), np.array([high]))
     [finding] = judge(ParameterSpace({name: limits}, units={name: unit}), posterior, fits, by_chance, {} if truth is None else {name: truth})
     return finding
 
@@ -77,11 +77,22 @@ def test_words_give_the_wider_of_the_two_ranges():
     [
         (0.5, "lies in the 90 % interval (0.42 to 0.58) and among the values that fit about as well"),
         (0.41, "lies outside the 90 % interval (0.42 to 0.58), but among the values that fit about as well"),
-        (0.3, "lies outside the 90 % interval (0.42 to 0.58) and the values that fit about as well"),
+        (0.3, "lies outside the 90 % interval (0.42 to 0.58) and the values that fit about as well: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right"),
     ],
 )
 def test_it_is_said_whether_the_ranges_cover_a_known_truth(truth, said):
     assert found(spread_evenly(0.41, 0.59), close=(0.35, 0.62), truth=truth).sentences()[-1] == f"The truth, {truth:g}, {said}."
+
+
+def test_a_handful_of_samples_outlines_no_range():
+    values = spread_evenly(0.41, 0.59)
+    few = found(values, close=(0.35, 0.62), truth=0.38, count=9)
+    assert few.sentences()[0] == "η_{m} is narrowed: 0.42 to 0.58 hold 90 % of the weight, and the few samples that fit about as well lie from 0.35 to 0.62; the weighted samples are at 0.500 ± 0.052."
+    assert few.sentences()[1].startswith("The truth, 0.38, lies outside the 90 % interval (0.42 to 0.58): ")
+    # What they are is known nonetheless: far apart, they leave the parameter open.
+    assert found(values, close=(0.1, 0.9), count=3).verdict == "not identified"
+    fits = CloseFits(5.0, 3, np.zeros(1), np.ones(1))
+    assert "Only 3 samples did so far, too few to outline a range" in legend(fits, 2)
 
 
 def test_what_fits_about_as_well_is_of_all_iterations_and_whatever_the_weights():
@@ -99,7 +110,7 @@ def test_what_chance_may_narrow_as_far_is_uncertain():
     assert found(values, by_chance=0.31).verdict == "narrowed"
     finding = found(values, by_chance=0.29)
     assert finding.verdict == "uncertain"
-    assert finding.sentences() == ("η_{m} is uncertain: 0.40 to 0.70 at least fit about as well, and chance alone may narrow samples as far as to 0.550 ± 0.087.",)
+    assert finding.sentences() == ("η_{m} is uncertain: 0.40 to 0.70 at least fit about as well. The weighted samples are at 0.550 ± 0.087, but those of a parameter without any effect may lie as close together.",)
 
 
 def filtered(seed, iterations=4):
@@ -180,16 +191,16 @@ def test_few_samples_tell_no_correlation():
 
 def test_the_rule_makes_sense_where_chance_may_narrow_samples_to_nothing():
     fits = CloseFits(5.0, 12, np.zeros(1), np.ones(1))
-    assert "in these iterations seldom to below 0.31 of that sd, and what is not below is called uncertain." in rule([found([0.5], by_chance=0.31)], fits)
+    assert "In these iterations such a parameter may shrink to 31 % of the spread that it began with." in rule([found([0.5], by_chance=0.31)], fits)
     said = rule([found([0.5], by_chance=0.004)], fits)
-    assert "0.00" not in said and "to next to nothing, so that nearly all that is not beyond two thirds is called uncertain." in said
+    assert "0.00" not in said and "this may be next to nothing, and nearly all that is not open is called uncertain." in said
     assert found(spread_evenly(0.4, 0.6), by_chance=0.004).verdict == "uncertain"
 
 
 def test_a_poor_fit_is_said_to_leave_better_ones_outside():
     # The limits are 3 points above the best: 2.5 % is beyond what the paper calls optimal, 1.9 % is not.
     poor, good = (rule([found([0.5])], CloseFits(limit, 12, np.zeros(1), np.ones(1))) for limit in (5.5, 4.9))
-    assert "Better fits than the best so far, of 2.5 %, may lie outside of them altogether." in poor
+    assert "Better fits than the best so far, of 2.50 %, may lie outside of these ranges altogether." in poor
     assert "Better fits" not in good and "{" not in poor + good
 
 

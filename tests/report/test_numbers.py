@@ -2,7 +2,7 @@
 
 import pytest
 
-from graincal.report.numbers import between, duration, estimate, pressure, short, value
+from graincal.report.numbers import between, duration, estimate, percent, pressure, short, value
 
 
 @pytest.mark.parametrize(
@@ -20,6 +20,11 @@ from graincal.report.numbers import between, duration, estimate, pressure, short
 )
 def test_an_estimate_has_two_digits_of_its_deviation(mean, spread, written):
     assert estimate(mean, spread) == written
+
+
+def test_percents_have_no_exponent():
+    assert [percent(error, 2) for error in (0.0123, 1.57, 9.96, 107.4, 1234.5)] == ["0.012 %", "1.6 %", "10.0 %", "107 %", "1234 %"]
+    assert [percent(error) for error in (1.567, 23.44, 107.4, float("nan"))] == ["1.57 %", "23.4 %", "107 %", "– %"]
 
 
 def test_other_numbers():

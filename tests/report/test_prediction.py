@@ -1,9 +1,13 @@
 """The test at another pressure, and the line to simulate a sample again, on the built-in model."""
 
+import html
+import re
 import shlex
+import shutil
 from copy import copy
 from dataclasses import replace
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,6 +92,23 @@ def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
     line = simulate_command(unnamed, as_samples(result, result.most_probable), experiment.reference)
     assert f"--packing {PLACEHOLDER} --confining-pressure 100000 -p log_E=8 -p nu=0.2 -p phi=" in line
     assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")
+
+
+def test_the_line_of_a_calibration_file_prints_the_error_from_anywhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(PACKING, "packing.csv")
+    Path("lab.csv").write_text("axial_strain,stress_ratio\n0,1\n0.002,1.2\n0.004,1.3\n")
+    Path("calibration.toml").write_text(
+        '[parameters]\nphi = { range = [20, 40] }\n[[experiment]]\nname = "tiny"\nreference = "lab.csv"\nobservables = { stress_ratio = {} }\n'
+        'model = { kind = "triaxial", packing = "packing.csv", confining_pressure = 1e5, fixed = { log_E = 7.5, nu = 0.2, beta_m = 0.1, eta_m = 0.1 } }\n'
+        "[filter]\nalpha = 5\n[stop]\nmax_iterations = 1\n"
+    )
+    assert CliRunner().invoke(app, ["calibrate", "calibration.toml", "-o", "campaign", "-q"]).exit_code == 0
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    [line] = re.findall(r"graincal simulate [^<]*--at [^<]*", (tmp_path / "campaign" / "report.html").read_text(encoding="utf-8"))
+    run = CliRunner().invoke(app, shlex.split(html.unescape(line))[1:])
+    assert run.exit_code == 0 and "Error against the reference: stress_ratio" in run.output, run.output
 
 
 def test_a_precision_that_is_not_the_default_is_named(result):

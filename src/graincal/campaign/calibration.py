@@ -11,12 +11,13 @@ from typing import Any, Literal
 import numpy as np
 
 from graincal.campaign.curves import file_name
-from graincal.campaign.experiment import Experiment
+from graincal.campaign.experiment import Experiment, Model
 from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
 from graincal.inference import METHODS, IterativeBayesianFilter, Stop
+from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
-from graincal.models.stress_path import check_ranges
+from graincal.models.stress_path import check_ranges, check_units
 from graincal.suggestion import did_you_mean
 
 FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
@@ -28,7 +29,7 @@ class Calibration:
 
     filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
     what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
-    nothing is found by them, and the report shows them beside what is.
+    nothing is found by them, and the report shows them beside what is. file: the path of the calibration file from the root, if there is one.
     """
 
     space: ParameterSpace
@@ -40,6 +41,7 @@ class Calibration:
     workers: int | Literal["all"] = "all"
     source: str = ""
     truth: Mapping[str, float] = field(default_factory=dict)
+    file: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -91,10 +93,12 @@ class Calibration:
                 raise InputError(
                     f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
                 )
+            check_units(self.space)
             check_ranges(self.space, model.law)
-        returned = getattr(model, "returned", None)
-        if returned is not None and (missing := set(experiment.reference.names) - set(returned)):
-            raise InputError(f'experiment "{experiment.name}": the model returns {", ".join(returned)}, and the reference needs {min(missing)} too{did_you_mean(min(missing), returned)}.')
+        try:
+            check_observables(model, experiment.reference.names)
+        except InputError as error:
+            raise InputError(f'experiment "{experiment.name}": {error}') from error
         # A model that is given no samples says what is wrong with everything else.
         nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, self.space.size)), self.space.names)
         try:
@@ -102,3 +106,12 @@ class Calibration:
                 pass
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
+
+
+def check_observables(model: Model, names: Sequence[str]) -> None:
+    """Raise InputError for names that a model, which says what it returns, does not."""
+    returned = getattr(model, "returned", None)
+    for name in names if returned is not None else ():
+        if name not in returned:
+            called = model.name_with_article if isinstance(model, StressPathTest) else "the model"
+            raise InputError(f"{name} is not an observable of {called}{did_you_mean_observable(name, returned)}, which gives {', '.join(returned)}.")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import Calibration, check_observables
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, ParameterSpace, Reference
@@ -108,7 +110,7 @@ class StressPathModel(Section):
 
     def _packing(self, folder: Path) -> Packing:
         if self.packing is not None:
-            return Packing.read(folder / self.packing)
+            return Packing.read(_from_root(folder / self.packing))
         from graincal.dem.preparation import prepare
 
         file = folder / self.grading
@@ -120,7 +122,7 @@ class TableModel(StressPathModel):
     table: str = Field(description="the name of a file with the stages of the path")
 
     def _options(self, folder: Path) -> dict[str, Any]:
-        return super()._options(folder) | {"table": StressPathTable.read(folder / self.table)}
+        return super()._options(folder) | {"table": StressPathTable.read(_from_root(folder / self.table))}
 
 
 class FunctionModel(Section):
@@ -170,7 +172,10 @@ class ExperimentEntry(Section):
     def build(self, folder: Path) -> Experiment:
         """The experiment that is described, with its reference and packing read."""
         try:
-            return Experiment(self.name, self.model.build(folder, self.control), self.read_reference(folder))
+            model = self.model.build(folder, self.control)
+            # Before the file is read, whose columns would be blamed for what is no observable.
+            check_observables(model, tuple(self.observables))
+            return Experiment(self.name, model, self.read_reference(folder))
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
 
@@ -223,7 +228,7 @@ def read_calibration(path: str | Path) -> Calibration:
     path = Path(path)
     file, source = _read(path)
     try:
-        return _build(file, path.parent, source).check()
+        return replace(_build(file, path.parent, source), file=str(_from_root(path))).check()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -256,6 +261,11 @@ def _read(path: Path) -> tuple[CalibrationFile, str]:
         return CalibrationFile.model_validate(content), source
     except ValidationError as error:
         raise InputError("\n".join(f"{path}: {sentence}" for sentence in sentences(error, content))) from None
+
+
+def _from_root(path: Path) -> Path:
+    """The path from the root: what is made of the file is kept and named elsewhere too."""
+    return Path(os.path.abspath(path))
 
 
 def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:

@@ -66,6 +66,19 @@ def changed_keys(path: Path, store: Store) -> str | None:
     return ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key))) or None
 
 
+def changed_since(store: Store) -> tuple[Path, str] | None:
+    """The calibration file that a campaign was begun with, and the keys in which it says something else now; None where it does not, or is gone."""
+    file, source = store.meta("file"), store.meta("source")
+    if not file or not source:
+        return None
+    try:
+        before, now = _flat(tomllib.loads(source)), _flat(tomllib.loads(Path(file).read_text(encoding="utf-8-sig")))
+    except (OSError, ValueError):
+        return None
+    keys = ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key)))
+    return (Path(file), keys) if keys else None
+
+
 def _flat(value: Any, key: str = "") -> dict[str, Any]:
     """The plain values of a document, each by the keys on the way to it; elements of a list of tables are counted from 1."""
     if isinstance(value, dict):

@@ -8,28 +8,45 @@ from graincal.campaign.calibration import Calibration
 from graincal.data import Reference
 from graincal.execution import available_cores
 from graincal.laboratory.backbone import first_movement
+from graincal.laboratory.quantities import unsheared
 from graincal.models import StressPathTest
-from graincal.models.plausibility import unusual_log_modulus
-from graincal.models.stress_path import unusual
+from graincal.laboratory.reading import sign_change
+from graincal.models.stress_path import STRAINS, unusual, unusual_parameters
 
 
 def doubts(calibration: Calibration) -> list[str]:
     """Each as a sentence for whoever asked for the calibration."""
     said = [
-        f'Experiment "{experiment.name}": the volumetric strain says that the sample dilates first, and a drained sample normally contracts first; if the '
-        'file counts contraction as negative, its reference needs compression = { volumetric_strain = "negative" }.'
+        f'Experiment "{experiment.name}": the volumetric strain says that the sample dilates first, and a drained sample normally contracts first; '
+        + _turn(experiment.reference)
         for experiment in calibration.experiments
         if _dilates_first(experiment.reference)
     ]
     tests = [(experiment.name, experiment.model) for experiment in calibration.experiments if isinstance(experiment.model, StressPathTest)]
     for name, test in tests:
         said += [f'Experiment "{name}": {doubt}' for doubt in unusual(test)]
-    if tests and "log_E" in (space := calibration.space).names:
-        column = space.names.index("log_E")
-        said += filter(None, [unusual_log_modulus("parameters.log_E", space.low[column], space.high[column])])
+    said += [f'Experiment "{experiment.name}": {doubt}' for experiment in calibration.experiments if (doubt := _unsheared(experiment.reference))]
+    if tests:
+        space = calibration.space
+        said += unusual_parameters({f"parameters.{name}": (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)})
     if calibration.number_of_workers > (cores := available_cores()):
         said.append(f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it.")
     return said
+
+
+def _unsheared(reference: Reference) -> str | None:
+    """What is to be said of a test by axial strain whose stress ratio stays at 1; None for others."""
+    ratio = reference.observables.get("stress_ratio")
+    if reference.control_name not in STRAINS or ratio is None:
+        return None
+    return unsheared(float(ratio.min()), float(ratio.max()))
+
+
+def _turn(reference: Reference) -> str:
+    """How the reference is read with the other sign."""
+    if sign_change("volumetric_strain") in reference.notes:
+        return 'if the file counts contraction as positive, its reference needs compression = { volumetric_strain = "positive" }.'
+    return 'if the file counts contraction as negative, its reference needs compression = { volumetric_strain = "negative" }.'
 
 
 def _dilates_first(reference: Reference) -> bool:

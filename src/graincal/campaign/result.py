@@ -123,7 +123,7 @@ class Result:
 
     @cached_property
     def grade(self) -> Grade:
-        """"optimal" or "sub-optimal", and why, of the last iteration."""
+        """"optimal", "sub-optimal", "no fit" or "no result", and why, of the last iteration."""
         return grade(self.iterations[-1], self.stop)
 
     def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:

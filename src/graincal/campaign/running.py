@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.campaign import CURVES, Campaign
-from graincal.campaign.continuing import changed_criteria, changed_keys, refuse_another_past, with_criteria
+from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
 from graincal.campaign.doubts import doubts
 from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.listener import Listener
@@ -110,6 +110,9 @@ def resume(
     if edited := changed_keys(folder / CALIBRATION_FILE, store):
         for listener in listeners:
             listener.remark(f"{folder / CALIBRATION_FILE} was changed in {edited}; what the store holds is used, and resume's options change when it stops.")
+    if since := changed_since(store):
+        for listener in listeners:
+            listener.remark(f"{since[0]} was changed in {since[1]} since this campaign was begun by it; what the store holds is used, and a new campaign would take the file as it is.")
     if store.meta("stopped_by") and not changes:
         return Result(store, calibration)
     calibration.check()

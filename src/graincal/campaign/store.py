@@ -64,6 +64,7 @@ class Store:
             "description": _as_json(describe(calibration)),
             "workers": json.dumps(calibration.workers),
             "source": calibration.source,
+            "file": calibration.file,
             "truth": _as_json(calibration.truth),
             "provenance": json.dumps(provenance()),
             "started": _now(),
@@ -103,9 +104,9 @@ class Store:
     @cached_property
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
-        # Campaigns of before a truth could be given have none.
+        # Campaigns of before a truth could be given have none, and no file.
         truth = json.loads(self.meta("truth") or "{}")
-        return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"), truth=truth)
+        return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"), truth=truth, file=self.meta("file") or "")
 
     def keeps(self, calibration: Calibration) -> bool:
         """Whether this is the store of a calibration; only the workers and the truth may differ."""

@@ -70,14 +70,18 @@ def _describe(experiment: Experiment) -> list[str]:
 def _expectation(calibration: Calibration) -> list[str]:
     from graincal.campaign.expectation import expect
     from graincal.cli.text import duration
+    from graincal.execution import available_cores
 
     samples, workers = calibration.new_filter().samples_per_iteration, calibration.number_of_workers
+    # More workers than cores share them.
+    at_once = min(workers, available_cores())
     lines, seconds = [], 0.0
     for expected in expect(calibration):
         if expected.failure:
             return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
         lines.append(f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest')
-        seconds += max(expected.seconds / workers, expected.longest)
+        seconds += max(expected.seconds / at_once, expected.longest)
     iterations = calibration.stop.max_iterations
     most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
-    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} with {workers} worker{'s' * (workers > 1)}{most}."]
+    shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
+    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} with {workers} worker{'s' * (workers > 1)}{shared}{most}."]

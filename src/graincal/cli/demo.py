@@ -10,6 +10,8 @@ import typer
 
 from graincal.cli.options import Quiet, Workers
 
+_FOLDER = "graincal-demo"
+
 
 def demo(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The campaign's folder; graincal-demo, or the next free name.", metavar="DIR")] = None,
@@ -32,6 +34,8 @@ def demo(
     console = Console(highlight=False, markup=False, quiet=quiet)
     number = number_of_workers(workers)
     folder = output or _free_folder()
+    if output is None and folder.name != _FOLDER:
+        console.print(f"{_FOLDER} is there already, so this demo goes into {folder}.")
     grains = example.packing()
     reference = example.reference(grains)
     calibration = example.calibration(grains, reference, workers=number)
@@ -48,5 +52,5 @@ def demo(
 
 
 def _free_folder() -> Path:
-    names = itertools.chain(["graincal-demo"], (f"graincal-demo-{number}" for number in itertools.count(2)))
+    names = itertools.chain([_FOLDER], (f"{_FOLDER}-{number}" for number in itertools.count(2)))
     return next(path for path in map(Path, names) if not path.exists())

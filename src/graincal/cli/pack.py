@@ -24,6 +24,7 @@ def pack(
 
     The same request gives the same packing, which is kept in the cache folder ($GRAINCAL_CACHE, or ~/.cache/graincal/packings).
     """
+    from graincal.dem.grading import Grading
     from graincal.dem.preparation import comment, prepare, write_whole
 
     if output.exists():
@@ -39,5 +40,7 @@ def pack(
         x, y, z = (1e3 * length for length in packing.edges.diagonal())
         diameters = 2e3 * packing.radii
         typer.echo(f"{packing.count} particles of {diameters.min():.3g} to {diameters.max():.3g} mm in a cell of {x:.4g} x {y:.4g} x {z:.4g} mm")
+        if (enlarged := Grading.named(grading).enlarged) != 1:
+            typer.echo(f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back.")
         typer.echo(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
         typer.echo(f"Written to {output}.")

@@ -68,13 +68,17 @@ def show(result: Result, folder: Path, console: Console) -> None:
         columns["most probable"] = [f"{value:.4g}" for value in result.most_probable.theta]
         if result.best.sample != result.most_probable.sample:
             columns["best"] = [f"{value:.4g}" for value in result.best.theta]
-        columns["fit about as well"] = [to_plain(numbers.between(low, high)) for low, high in zip(close.low, close.high)]
+        if close.enough:
+            columns["fit about as well"] = [to_plain(numbers.between(low, high)) for low, high in zip(close.low, close.high)]
+        else:
+            columns["90 % interval"] = [to_plain(numbers.between(low, high)) for low, high in result.posterior.interval(0.9).T]
         columns["mean ± sd"] = [to_plain(numbers.estimate(*moments)) for moments in zip(mean, spread)]
         table = Table(*columns, box=None, header_style="bold", padding=(0, 2, 0, 0))
         for row in zip(*columns.values()):
             table.add_row(*row)
         console.print(table)
-        console.print(f"Values that fit about as well: ε at most {close.limit:.3g} %, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
+        told = "Values that fit about as well:" if close.enough else f"The interval holds 90 % of the weight; only {numbers.count(close.count, 'sample')} fit about as well, too few to outline a range:"
+        console.print(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
         console.print("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True)
         console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
     console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)

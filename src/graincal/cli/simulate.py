@@ -204,10 +204,10 @@ def _parse(parameters: list[str]) -> dict[str, float]:
 
 def _doubts(test: StressPathTest, theta: Mapping[str, float], at: Sequence[float]) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
-    from graincal.models.plausibility import unusual_log_modulus, unusual_pressure
-    from graincal.models.stress_path import unusual
+    from graincal.models.plausibility import unusual_pressure
+    from graincal.models.stress_path import unusual, unusual_parameters
 
-    said = [unusual_log_modulus("log_E", theta["log_E"])] if "log_E" in theta else []
+    said = unusual_parameters({name: (value,) for name, value in theta.items()})
     if test.control.endswith("stress"):
         said += [unusual_pressure(test.control, value) for value in sorted({min(at), max(at)}) if value > 0]
     return unusual(test) + [doubt for doubt in said if doubt]
@@ -237,5 +237,6 @@ def _describe(curve: Response, reference: Reference | None) -> list[str]:
 
         errors = observable_errors(curve.observables(reference.names)[None], reference)
         each = ", ".join(f"{name} {error:.2f} %" for name, error in zip(reference.names, errors[0]))
+        lines += [f"The reference: {note}" for note in reference.notes]
         lines.append(f"Error against the reference: {each}; together {sample_errors(errors, reference.shares)[0]:.2f} %")
     return lines

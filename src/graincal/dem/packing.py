@@ -19,6 +19,9 @@ LARGEST_OVERLAP = 0.01
 _CELL = re.compile(r"cell lengths:\s*(\S+)\s+(\S+)\s+(\S+)")
 
 
+_HEADER = ["x", "y", "z", "radius"]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Packing:
     """Spheres in a periodic cell: `positions` (N, 3) and `radii` (N,) in metres, `edges` (3, 3) whose columns are the cell's edge vectors.
@@ -115,11 +118,14 @@ class Packing:
             lengths = [float(text) for text in cell.groups()] if cell else []
         except ValueError:
             lengths = []
+        names = [name.strip() for name in re.split("[,;\t]", rows[0][1])] if rows else []
+        if names != _HEADER and (known := _measured(names)):
+            raise InputError(f"{path}: this looks like a laboratory file (column '{known[0]}'), and a packing with the header 'x,y,z,radius' was expected.")
         if not lengths:
             raise InputError(f"{path}: a comment line with 'cell lengths: Lx Ly Lz' in metres is needed before the particles.")
         if not all(length > 0 for length in lengths):
             raise InputError(f"{path}: the cell lengths must be positive, not {' '.join(cell.groups())}.")
-        if not rows or [name.strip() for name in rows[0][1].split(",")] != ["x", "y", "z", "radius"]:
+        if names != _HEADER or "," not in rows[0][1]:
             raise InputError(f"{path}: the header must be 'x,y,z,radius'.")
         values = []
         for number, line in rows[1:]:
@@ -140,3 +146,10 @@ class Packing:
         lengths = " ".join(repr(float(length)) for length in np.diag(self.edges))
         rows = [",".join(repr(float(value)) for value in (*position, radius)) for position, radius in zip(self.positions, self.radii)]
         Path(path).write_text("\n".join([f"# {comment}; cell lengths: {lengths}", "x,y,z,radius", *rows]) + "\n", encoding="utf-8")
+
+
+def _measured(names: list[str]) -> list[str]:
+    """Those of a header's names that laboratories have for what they measure."""
+    from graincal.laboratory.quantities import guess
+
+    return [name for name in names if guess(name)[0]]

@@ -11,38 +11,43 @@ from graincal.inference.stop import Stop
 
 OPTIMAL_ERROR = 2.0
 POOR_ERROR = 5.0
+NO_FIT_ERROR = 20.0
+"""Percent, beyond which a response is another one: the paper's grades are of results that fit more or less."""
 
 
 @dataclass(frozen=True)
 class Grade:
-    """The word "optimal" or "sub-optimal", with sentences that say why."""
+    """The word "optimal" or "sub-optimal", or "no fit" or "no result", with sentences that say why."""
 
     word: str
     reasons: tuple[str, ...]
 
 
 def grade(iteration: Iteration, stop: Stop = Stop()) -> Grade:
-    """The grade of the result of an iteration: optimal where the most probable sample's error (Eq. 6) is below 2 %.
+    """The grade of the result of an iteration: optimal where the most probable sample's error (Eq. 6) is below 2 %, and sub-optimal above; no fit above
+    20 %, and no result where everything failed.
 
     An s still well above its threshold (more than four times it, twice the standard deviation) is a sign of a sub-optimal result,
     and is named among the reasons.
     """
     if iteration.unweighted:
-        return Grade("sub-optimal", (f"There are no weights: {iteration.unweighted}.",))
+        word = "no result" if iteration.failed.all() else "no fit" if iteration.smallest_error > NO_FIT_ERROR else "sub-optimal"
+        return Grade(word, (f"There are no weights: {iteration.unweighted}.",))
     error = iteration.error
     if error < OPTIMAL_ERROR:
         reasons = [f"The most probable sample's error of {error:.2f} % is below {OPTIMAL_ERROR:g} %."]
     elif error <= POOR_ERROR:
         reasons = [f"The most probable sample's error of {error:.2f} % is between {OPTIMAL_ERROR:g} and {POOR_ERROR:g} %."]
     else:
-        reasons = [f"The most probable sample's error of {error:.2f} % is above {POOR_ERROR:g} %."]
+        reasons = [f"The most probable sample's error of {error:.2f} % is above {NO_FIT_ERROR if error > NO_FIT_ERROR else POOR_ERROR:g} %."]
     threshold = Stop.s if stop.s is False else stop.s
     if iteration.s > 4 * threshold:
         reasons.append(
             f"s = {iteration.s:.3g} ({iteration.s_per_state:.2g} per state) is well above its threshold of {threshold:g}, "
             f"a sign of a sub-optimal result; the paper's threshold of {Stop.s:g} is for about 50 states, here there are {len(iteration.weights)}."
         )
-    return Grade("optimal" if error < OPTIMAL_ERROR else "sub-optimal", tuple(reasons))
+    word = "optimal" if error < OPTIMAL_ERROR else "sub-optimal" if error <= NO_FIT_ERROR else "no fit"
+    return Grade(word, tuple(reasons))
 
 
 def sample_size_advice(space: ParameterSpace, alpha: float) -> str | None:

@@ -38,6 +38,8 @@ class Batch:
         infeasible: ArrayLike | None = None,
     ) -> None:
         """Store the responses of some samples, all or (on InputError) none; see `IterativeBayesianFilter.tell`."""
+        if not (hasattr(samples, "ids") and hasattr(samples, "theta")):
+            raise InputError(f"tell: samples must be those of ask(), or some of them by take(), not {samples!r}.")
         rows = self._rows(samples)
         arrays = self._arrays(responses, len(rows))
         lost, impossible = _mask("failed", failed, len(rows)), _mask("infeasible", infeasible, len(rows))
@@ -75,6 +77,8 @@ class Batch:
         if len(self.responses) == 1:
             array = _numbers(responses)
             arrays = [array[0] if array.ndim == 4 and len(array) == 1 else array]
+        elif not isinstance(responses, (Sequence, np.ndarray)):
+            raise InputError(f"tell: responses to {len(self.responses)} experiments are needed, an array for each, not {responses!r}.")
         else:
             arrays = [_numbers(response) for response in responses]
         if len(arrays) != len(self.responses):

@@ -13,7 +13,7 @@ from graincal.laboratory.backbone import first_movement, repeated, spans, turned
 from graincal.laboratory.numbers import read_number
 from graincal.laboratory.quantities import DIMENSIONS, SIGNED, STRAINS, STRESS_MEASURES, guess
 from graincal.laboratory.table import Table, read_table
-from graincal.laboratory.units import UNITS, Unit, find_unit
+from graincal.laboratory.units import UNITS, Unit, find_unit, known_units
 
 STRESS_NAMES = ("stress_ratio", *STRESS_MEASURES)
 _NUMBER = r"(?P<number>\d[\d.,]*(?:[eE][+-]?\d+)?)"
@@ -30,6 +30,7 @@ class LaboratoryColumn:
     """A column: its header, what it seems to be, its range as printed, and lines where it has no number or one that would be refused.
 
     `unit_is_guessed` where the header has none and the values suggest one; `compression` is the sign convention that they suggest.
+    `unusable` says of a column whose header names a quantity why it cannot be that; empty for all others.
     """
 
     header: str
@@ -40,6 +41,7 @@ class LaboratoryColumn:
     compression: str | None
     gaps: tuple[tuple[int, int], ...]
     refused: tuple[str, ...]
+    unusable: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ def look(path: str | PathLike[str]) -> LaboratoryFile:
     """Look at a laboratory file. Raises InputError where it cannot be read as a table at all."""
     table = read_table(path)
     values, refused = zip(*(_numbers(table, index) for index in range(len(table.header))), strict=True)
-    guesses = _guess_columns(table, values)
+    guesses, unusable = _guess_columns(table, values, refused)
     units = [unit or _unit_by_values(quantity, numbers, guesses, values) for (quantity, unit), numbers in zip(guesses, values, strict=True)]
     columns = tuple(
         LaboratoryColumn(
@@ -89,6 +91,7 @@ def look(path: str | PathLike[str]) -> LaboratoryFile:
             compression=_compression(quantity, values[index]),
             gaps=tuple(spans(np.isnan(values[index]), table.lines)) if quantity else (),
             refused=tuple(refused[index]),
+            unusable=unusable[index],
         )
         for index, (quantity, printed) in enumerate(guesses)
     )
@@ -126,17 +129,27 @@ def _has_numbers(values: NDArray[np.float64]) -> bool:
     return not np.all(np.isnan(values))
 
 
-def _guess_columns(table: Table, values: tuple[NDArray[np.float64], ...]) -> list[tuple[str | None, Unit | None]]:
-    """Quantity and printed unit of each column; a quantity goes to the first column that has numbers and a unit that can be its own."""
+def _guess_columns(
+    table: Table, values: tuple[NDArray[np.float64], ...], refused: tuple[list[str], ...]
+) -> tuple[list[tuple[str | None, Unit | None]], list[str]]:
+    """Quantity and printed unit of each column, and why it is not the quantity that its header names; a quantity goes to the first column that has
+    numbers and a unit that can be its own."""
     guesses: list[tuple[str | None, Unit | None]] = []
+    unusable = []
     for index, header in enumerate(table.header):
         quantity, unit = guess(header)
         if unit is None and index < len(table.units):
             unit = find_unit(table.units[index])
-        fits = unit is None or DIMENSIONS.get(quantity) in (None, unit.dimension)
-        taken = quantity in [other for other, _ in guesses]
-        guesses.append((quantity if fits and not taken and _has_numbers(values[index]) else None, unit))
-    return guesses
+        why = ""
+        if quantity is not None and not _has_numbers(values[index]):
+            why = f"its numbers cannot be read: {refused[index][0]}" if refused[index] else "it holds no numbers"
+        elif unit is not None and DIMENSIONS.get(quantity) not in (None, unit.dimension):
+            why = f"'{unit.symbol}' is a unit of {unit.dimension}, and one of {known_units(DIMENSIONS[quantity])} was expected"
+        elif quantity is not None and quantity in (before := [other for other, _ in guesses]):
+            why = f"'{table.header[before.index(quantity)]}' is taken for that"
+        guesses.append((None if why else quantity, unit))
+        unusable.append(f"{quantity}, but {why}" if why else "")
+    return guesses, unusable
 
 
 def _unit_by_values(

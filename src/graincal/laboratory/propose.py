@@ -9,10 +9,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from graincal.data import InputError, ParameterSpace
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
-from graincal.laboratory.quantities import STRESS_MEASURES
+from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, STRESS_MEASURES, unsheared
 from graincal.laboratory.units import UNITS
 
 _DELIMITER_WORDS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
@@ -25,6 +27,7 @@ _MEANINGS = {
 
 def describe(file: LaboratoryFile, *, strain: str | None = None, confining_pressure: float | None = None) -> list[str]:
     """What was understood of a file, in lines for a terminal; what the user knows of it besides needs no warning."""
+    contradictions = _contradictions(file, strain, confining_pressure)
     file = replace(file, strain_measure=strain or file.strain_measure, confining_pressure=confining_pressure or file.confining_pressure)
     mark = " with a byte order mark" if file.byte_order_mark else ""
     point = "decimal comma" if file.decimal == "," else "decimal point"
@@ -36,9 +39,19 @@ def describe(file: LaboratoryFile, *, strain: str | None = None, confining_press
     lines += [f"  {quantity}: {_describe_column(column)}" for quantity, column in used.items()]
     others = [column for column in file.columns if column not in used.values() and column.header]
     if others:
-        names = [f"'{column.header}'" + (f" ({column.quantity})" if column.quantity else "") for column in others]
+        names = [f"'{column.header}'" + (f" ({said})" if (said := column.quantity or column.unusable) else "") for column in others]
         lines.append(f"Left out: {', '.join(names)}.")
-    return lines + _warnings(file)
+    return lines + contradictions + _warnings(file)
+
+
+def _contradictions(file: LaboratoryFile, strain: str | None, confining_pressure: float | None) -> list[str]:
+    """Where the user says something else than the file."""
+    said = []
+    if strain and file.strain_measure and strain != file.strain_measure:
+        said.append(f"The file speaks of {file.strain_measure} strain, and you of {strain} strain: yours is taken.")
+    if confining_pressure and file.confining_pressure and not math.isclose(confining_pressure, file.confining_pressure, rel_tol=0.01):
+        said.append(f"The file says a confining pressure of {file.confining_pressure:g} Pa, and you {confining_pressure:g} Pa: yours is taken.")
+    return said
 
 
 def _describe_column(column: LaboratoryColumn) -> str:
@@ -56,6 +69,10 @@ def _warnings(file: LaboratoryFile) -> list[str]:
     """What a person has to know before trusting the columns."""
     strain, stress = file.column("axial_strain"), file.column("stress_ratio")
     warnings = [f"Column '{column.header}', {said}." for column in file.reference.values() for said in column.refused[:3]]
+    if not set(STRESS_NAMES) & set(file.reference):
+        warnings.append("No column of a stress is understood, so that only the volumetric strain would be compared: a calibration without a stress says little.")
+    if said := _doubt_of_stress(file):
+        warnings.append(said)
     if file.loops:
         warnings.append(f"The axial strain turns back at {say_lines(file.loops)}: unload-reload loops, of which the backbone is kept.")
     if file.standstills:
@@ -71,11 +88,31 @@ def _warnings(file: LaboratoryFile) -> list[str]:
     return warnings
 
 
+def _doubt_of_stress(file: LaboratoryFile) -> str | None:
+    """What is to be said of a stress whose ratio stays at 1, or is beyond that of any soil."""
+    name = next((name for name in STRESS_NAMES if name in file.reference), None)
+    if name is None:
+        return None
+    column, measure = file.reference[name], STRESS_MEASURES.get(name)
+    ends = np.sort(np.array(column.range) * UNITS[column.unit].factor * (-1.0 if column.compression == "negative" else 1.0))
+    at = ""
+    if measure is not None and measure.needs_confining_pressure:
+        if not file.confining_pressure:
+            return None
+        at = f" at {file.confining_pressure:g} Pa"
+    elif measure is not None and ends[-1] >= 3.0:  # q/p without a lateral stress: refused when it is read
+        return None
+    low, high = ends if measure is None else measure.ratio(ends, file.confining_pressure)
+    if high > LARGEST_STRESS_RATIO:
+        return f"'{column.header}'{at}: the stress ratio reaches {high:.3g}, which no soil does: the unit of the stress or the confining pressure is another."
+    return f"'{column.header}'{at}: {said}" if (said := unsheared(float(low), float(high))) else None
+
+
 def _difference(strain: LaboratoryColumn) -> str:
-    """What the measure of strain changes, at the largest axial strain; and what leaving it open means."""
+    """What the measure of strain changes, at the largest axial strain; and what is proposed."""
     largest = max(map(abs, strain.range)) * UNITS[strain.unit].factor
-    taken = "A reference without the key strain is taken as logarithmic"
-    return f" {taken}; as engineering, {100 * largest:.3g} % would be {-100 * math.log1p(-largest):.3g} %." if largest < 1 else f" {taken}."
+    taken = "The proposal says engineering, as most laboratories print"
+    return f" {taken}: {100 * largest:.3g} % then means {-100 * math.log1p(-largest):.3g} % logarithmic." if largest < 1 else f" {taken}."
 
 
 def propose(
@@ -110,6 +147,9 @@ def _refuse_strange(file: LaboratoryFile) -> None:
     found = file.reference
     if "axial_strain" in found and len(found) > 1:
         return
+    if reasons := [f"'{column.header}' would be {column.unusable}" for column in file.columns if column.unusable]:
+        wanted = "an axial strain and a stress or a volumetric strain"
+        raise InputError(f"{file.path}: {wanted} are needed, and not all are there: {'; '.join(reasons)}.")
     lacking = "a stress or a volumetric strain" if "axial_strain" in found else "an axial strain" if found else "an axial strain, a stress or a volumetric strain"
     present = ", ".join(f"'{column.header}'" for column in file.columns if column.header)
     raise InputError(
@@ -199,6 +239,9 @@ def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLi
 
 
 def _relative(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> str:
+    """The path as it is written in a file of the folder: an absolute one stays so."""
+    if Path(path).is_absolute():
+        return Path(path).as_posix()
     return Path(os.path.relpath(Path(path).absolute(), Path(folder).absolute())).as_posix()
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graincal.laboratory.units import Unit, find_unit, split_header
+from graincal.suggestion import did_you_mean
 
 STRAINS = ("axial_strain", "volumetric_strain", "radial_strain")
 STRESSES = ("deviator_stress", "axial_stress")
@@ -20,6 +21,8 @@ DIMENSIONS = (
     | dict.fromkeys((*STRESSES, "confining_pressure"), "pressure")
 )
 """The dimension that a known quantity must have; a quantity of any other name may have any."""
+OBSERVABLES = ("stress_ratio", "volumetric_strain", "void_ratio", "radial_strain")
+"""What is mostly compared."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,19 @@ STRESS_MEASURES = {
     # q = σ1 - σ3 and p = (σ1 + 2 σ3)/3; beyond q/p = 3 the lateral stress would be tension.
     "deviator_to_mean_stress": StressMeasure(False, lambda eta, _: (3.0 + 2.0 * eta) / (3.0 - eta)),
 }
+
+LARGEST_STRESS_RATIO = 100.0
+"""No soil comes near; a larger one is a confining pressure in another unit than pascals."""
+SHEARED = 0.05
+"""How far from 1 the stress ratio of a sheared sample comes at the least, somewhere in its test: soils fail at 2 to 5."""
+
+
+def unsheared(lowest: float, highest: float) -> str | None:
+    """What is to be said of a stress ratio that stays at 1, between its lowest and its highest value; None for one that does not."""
+    if max(abs(lowest - 1), abs(highest - 1)) > SHEARED:
+        return None
+    return f"the stress ratio stays between {lowest:.4g} and {highest:.4g}, as if the sample were never sheared: is the unit of the stress right, and the confining pressure?"
+
 
 _CALLED = {
     "axial_strain": "axialstrain axstrain strainaxial verticalstrain majorstrain epsa epsaxial epsilona epsilonaxial ea eaxial eps1 "
@@ -86,6 +102,14 @@ def guess(header: str) -> tuple[str | None, Unit | None]:
         if trailing is not None and trailing.symbol != "-":
             return _known(found["name"]), trailing
     return quantity, unit
+
+
+def did_you_mean_observable(name: str, known: Collection[str]) -> str:
+    """` (did you mean "stress_ratio"?)`, to stand behind an observable that is not known: by its spelling, or as another name of a known quantity."""
+    quantity = guess(name)[0]
+    if quantity in STRESS_MEASURES and quantity not in known:
+        quantity = "stress_ratio"
+    return f' (did you mean "{quantity}"?)' if quantity in known else did_you_mean(name, known)
 
 
 def _known(name: str) -> str | None:

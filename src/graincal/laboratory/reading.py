@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from graincal.data import InputError, Reference
 from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
 from graincal.laboratory.columns import Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
-from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_MEASURES
+from graincal.laboratory.quantities import DIMENSIONS, LARGEST_STRESS_RATIO, OBSERVABLES, SIGNED, STRAINS, STRESS_MEASURES, did_you_mean_observable
 from graincal.laboratory.table import Table, read_table
-
-LARGEST_STRESS_RATIO = 100.0
-"""No soil comes near; a larger one is a confining pressure in another unit than pascals."""
+from graincal.laboratory.units import split_header
 
 
 def read_reference(
@@ -67,6 +65,7 @@ def read_reference(
         raise InputError(f"{table.path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(shares)} was expected.")
 
     conventions = Conventions(columns or {}, units or {}, strain, compression)
+    _refuse_another_name(table, shares, conventions)
     conventions.check_words(table.path, (*wanted, *(STRESS_MEASURES if "stress_ratio" in wanted else ())))
     sources = {name: _source(table, name, conventions) for name in wanted}
     found = list(sources.values())
@@ -100,6 +99,21 @@ def _observables(path: str, control: str, observables: Sequence[str] | Mapping[s
         raise InputError(f"{path}: {control} is the control, and the observables must be other quantities.")
     _refuse_not_positive(path, "observables (variance shares)", shares)
     return shares
+
+
+def _refuse_another_name(table: Table, observables: Mapping[str, float | None], conventions: Conventions) -> None:
+    """Refuse an observable that is another name of a known one, where no column is its own: one that is named for it, or that bears the name while none is
+    named for a stress that it may mean."""
+    columns = conventions.columns if isinstance(conventions.columns, Mapping) else {}
+    measured = [name for name in columns if name in STRESS_MEASURES and name not in observables] if "stress_ratio" not in observables else []
+    for name in observables:
+        borne = any(name in (header, split_header(header)[0]) for header in table.header)
+        if name in DIMENSIONS or name in columns or (borne and not measured):
+            continue
+        if meant := did_you_mean_observable(name, OBSERVABLES):
+            raise InputError(
+                f"{table.path}: '{name}' is not an observable{meant}, and {', '.join(OBSERVABLES)} or another with a column of its name, or one in columns, was expected."
+            )
 
 
 def _refuse_not_positive(path: str, key: str, numbers: Mapping[str, float | None]) -> None:
@@ -204,11 +218,16 @@ def _conversions(sources: Mapping[str, Column], conventions: Conventions, confin
         if conventions.is_engineering(column.quantity):
             notes.append(f"{column.quantity} is given as engineering strain and was converted to logarithmic strain.")
         if conventions.is_reversed(column.quantity):
-            notes.append(f"{column.quantity} is given with compression negative, and its sign was changed.")
+            notes.append(sign_change(column.quantity))
         if column.quantity != name:
             at = f" at a confining pressure of {confining_pressure:g} Pa" if STRESS_MEASURES[column.quantity].needs_confining_pressure else ""
             notes.append(f"{name} was computed from {column.quantity}, column '{column.header}'{at}.")
     return notes
+
+
+def sign_change(quantity: str) -> str:
+    """The note on a quantity whose sign was turned."""
+    return f"{quantity} is given with compression negative, and its sign was changed."
 
 
 def _open_measures(plain: Mapping[str, NDArray[np.float64]], conventions: Conventions) -> list[str]:

@@ -40,6 +40,14 @@ def unusual_log_modulus(name: str, *values: float) -> str | None:
     return f"{name} = {' to '.join(f'{value:g}' for value in values)} is a modulus of {moduli} Pa, and {10**low:.0e} to {10**high:.0e} Pa is usual ({low:g} to {high:g})."
 
 
+def unusual_angle(name: str, *values: float) -> str | None:
+    """What is to be said of angles in degrees, a value or the ends of a range, that were probably meant in radians; None for others."""
+    if not 0 < max(values) <= math.pi / 2:
+        return None
+    shown, degrees = (" to ".join(f"{factor * value:.4g}" for value in values) for factor in (1, 180 / math.pi))
+    return f"{name} = {shown} is in degrees; if {shown} rad is meant, write {degrees}."
+
+
 def modulus_itself(*values: float) -> str:
     """How to write what is probably the modulus (Pa) and not its log10; nothing for what can be none."""
     if not all(value >= POSSIBLE_LOG_MODULI[1] for value in values):

@@ -18,7 +18,7 @@ from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.execution import available_cores
 from graincal.models.economy import DENSITY, Economy, density_scaling_of
-from graincal.models.plausibility import POSSIBLE_LOG_MODULI, impossible_pressure, modulus_itself, unusual_log_modulus, unusual_pressure
+from graincal.models.plausibility import POSSIBLE_LOG_MODULI, impossible_pressure, modulus_itself, unusual_angle, unusual_log_modulus, unusual_pressure
 from graincal.suggestion import did_you_mean
 
 PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
@@ -43,6 +43,10 @@ RETURNED = (
     "a_c", "a_n", "a_t", "unbalanced_force", "steps", "flagged",
 )  # fmt: skip
 """The columns of a response: strains logarithmic and stresses in Pa, compression positive; Z, a_c, a_n, a_t by Eq. 8-11 of the paper."""
+
+UNITS = {"log_E": ("log10 Pa", "log10(Pa)", "log10 [Pa]", "log Pa", "log(Pa)"), "phi": ("deg", "°", "degree", "degrees")}
+"""How the unit of a parameter may be written, the usual way first; those that do not stand here are plain numbers."""
+_NO_UNIT = ("-", "1")
 
 _LINEAR_BOUNDS = {"log_E": POSSIBLE_LOG_MODULI, "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
 _BOUNDS = {"linear": _LINEAR_BOUNDS, "hertz-mindlin": _LINEAR_BOUNDS | {"nu": (0.0, 0.5)}}
@@ -161,9 +165,11 @@ class StressPathTest(Economy, ABC):
         """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
         given = [*samples.names, *self.fixed]
         if sorted(given) != sorted(PARAMETERS):
-            unknown = next((name for name in given if name not in PARAMETERS), "")
-            meant = did_you_mean(unknown, set(PARAMETERS) - set(given))
-            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed, and was given {', '.join(given)}{meant}.")
+            missing = [name for name in PARAMETERS if name not in given]
+            wrong = [f"{name} is not one of them{did_you_mean(name, missing)}" for name in given if name not in PARAMETERS]
+            wrong += [f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []
+            wrong += [f"{name} is given twice" for name in PARAMETERS if given.count(name) > 1]
+            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed: {'; '.join(wrong)}.")
         columns = {name: samples.theta[:, k] for k, name in enumerate(samples.names)}
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
         return np.stack([columns[name] for name in PARAMETERS], axis=1)
@@ -274,8 +280,27 @@ def unusual(test: StressPathTest) -> list[str]:
     """What is to be said of a test at a pressure, or with a fixed modulus, that another unit was probably meant for."""
     pressure = test.confining_pressure
     said = [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
-    said += [unusual_log_modulus("fixed.log_E", test.fixed["log_E"])] if "log_E" in test.fixed else []
+    said += unusual_parameters({f"fixed.{name}": (value,) for name, value in test.fixed.items()})
     return [doubt for doubt in said if doubt]
+
+
+def unusual_parameters(values: Mapping[str, tuple[float, ...]]) -> list[str]:
+    """What is to be said of values or ends of ranges that another unit was probably meant for, each by the parameter's name with its place before it."""
+    said = []
+    for place, given in values.items():
+        name = place.rpartition(".")[2]
+        said += [unusual_log_modulus(place, *given)] if name == "log_E" else [unusual_angle(place, *given)] if name == "phi" else []
+    return [doubt for doubt in said if doubt]
+
+
+def check_units(space: ParameterSpace) -> None:
+    """Raise InputError for a unit that a contact parameter does not have: values are never converted."""
+    for name, unit in zip(space.names, space.units):
+        known = UNITS.get(name, _NO_UNIT)
+        if name in PARAMETERS and unit and unit not in known:
+            raise InputError(
+                f'parameters.{name}.unit must be "{known[0]}" or left out, in which the contact law takes {name}, not "{unit}": nothing is converted, so write the range in that unit.'
+            )
 
 
 def check_ranges(space: ParameterSpace, law: str) -> None:

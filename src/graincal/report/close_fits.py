@@ -16,6 +16,8 @@ MARGIN = 3.0
 It is chosen, not measured in each campaign: runs of one set of parameters differ by about as much where 1,000 grains are sheared by 11 to 20 % at 0.5 MPa.
 Short shears repeat better (the demo's, to 5 %, within 0.4 %). There it is the samples that need the margin: a few tens outline what fits, one or two do not.
 """
+ENOUGH = 10
+"""Samples that outline a range; fewer are single points of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +28,11 @@ class CloseFits:
     count: int
     low: NDArray[np.float64]
     high: NDArray[np.float64]
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are so many that they outline what fits."""
+        return self.count >= ENOUGH
 
 
 def close_fits(iterations: Sequence[Iteration]) -> CloseFits | None:

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import tomllib
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Experiment
+from graincal.campaign import Experiment, Result
+from graincal.campaign.experiment import Model
 from graincal.data import Reference, Samples
-from graincal.models import StressPathTest, TableTest
+from graincal.models import PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.stress_path import PARAMETERS, PRECISIONS, STRAINS
 
 PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
 
 
-def simulate_command(test: StressPathTest, samples: Samples, reference: Reference) -> str:
-    """The line for one sample of a built-in test, over the strains of a reference in steps as wide as the reference's, or to its stresses."""
+def simulate_command(test: StressPathTest, samples: Samples, reference: Reference, at: str = "") -> str:
+    """The line for one sample of a built-in test: over the strains of a reference in steps as wide as the reference's, or to its stresses. at: the
+    calibration file whose reference it is compared with, at that one's own strains."""
     theta = dict(zip(PARAMETERS, test.arrange(samples)[0]))
-    words = ["graincal", "simulate", test.kind, "--packing", test.packing.name if from_file(test) else PLACEHOLDER]
+    words = ["graincal", "simulate", test.kind, "--packing", _from_anywhere(test.packing.name) if from_file(test) else PLACEHOLDER]
     if test.confining_pressure is not None:
         words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
     for name, value in theta.items():
@@ -31,7 +34,7 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
         words += ["--precision", test.precision]
     for name, value in test.economies.items():
         words += [f"--{name.replace('_', '-')}", str(value)]
-    words += _path(test, reference.control)
+    words += ["--at", at] if at else _path(test, reference.control)
     words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
     return shlex.join(words)
 
@@ -49,13 +52,29 @@ def pack_command(experiment: Experiment, source: str, output: str = PLACEHOLDER)
 
 def _path(test: StressPathTest, control: NDArray[np.float64]) -> list[str]:
     if isinstance(test, TableTest):
-        return ["--table", test.table.name]
+        return ["--table", _from_anywhere(test.table.name)]
     if test.control in STRAINS:
         increment = np.median(np.diff(control, prepend=0.0 if control[0] > 0 else control[:0]))
         last = -control[-1] if test.control == "axial_extension" else control[-1]
         return ["--axial-strain", f"{last:.4g}", "--increment", f"{increment:.4g}"]
     option = {"axial_stress": "--axial-stress", "mean_stress": "--pressure"}[test.control]
     return [word for stress in control for word in (option, f"{stress:.8g}")]
+
+
+def comparison(result: Result, experiment: Experiment) -> str:
+    """The calibration file that --at finds the reference of an experiment in, which is then the only one that it may mean; empty where there is none."""
+
+    def may_be_meant(model: Model) -> bool:
+        return isinstance(model, PythonModel) or (isinstance(model, TriaxialTest) and np.isclose(model.confining_pressure, experiment.model.confining_pressure))
+
+    compared = isinstance(experiment.model, TriaxialTest) and experiment.reference.control_name == "axial_strain"
+    alone = compared and sum(may_be_meant(each.model) for each in result.experiments) == 1
+    return result.calibration.file if alone else ""
+
+
+def _from_anywhere(name: str) -> str:
+    """The path of a file from the root, where it is there."""
+    return os.path.abspath(name) if os.path.exists(name) else name
 
 
 def from_file(test: StressPathTest) -> bool:

@@ -7,7 +7,7 @@ from graincal.models import StressPathTest
 from graincal.report import tables
 from graincal.report.answer import answer_of, as_samples
 from graincal.report.close_fits import close_fits
-from graincal.report.command import PLACEHOLDER, from_file, pack_command, simulate_command
+from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
 from graincal.report.drawing import Figure
 from graincal.report.findings import find, rule
 from graincal.report.numbers import pressure
@@ -82,7 +82,8 @@ def _simulate_again(page: Page, result: Result) -> None:
     titles = " and ".join(dict.fromkeys(experiment.model.title for experiment in tests))
     page.paragraph([f"The {word} sample in the built-in {titles}, to paste into a terminal:"])
     for experiment in tests:
-        page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference))
+        page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference, comparison(result, experiment)))
+    page.paragraph(["A second run differs from that of the calibration by the scatter of runs, and so does the error that it prints: a last digit sends grains other ways."], "note")
     packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}
     for line in dict.fromkeys(packed.values()):
         names = ", ".join(name for name in packed if packed[name] == line)

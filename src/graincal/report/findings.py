@@ -31,7 +31,8 @@ FEW = 10
 class Finding:
     """What is known of one parameter: moments of its weighted samples, values that fit about as well, and the range it was sought in.
 
-    low, high: the central interval that holds 90 % of the weight. close: the ends of the values that fit about as well (close_fits.py).
+    low, high: the central interval that holds 90 % of the weight. close: the ends of the values that fit about as well (close_fits.py), and outlined:
+    whether samples enough do so for these to be a range.
     by_chance: the spread that a parameter without effect may narrow to. truth: its value, where that is known.
     """
 
@@ -45,6 +46,7 @@ class Finding:
     close: tuple[float, float]
     by_chance: float
     truth: float | None = None
+    outlined: bool = True
 
     @property
     def spread(self) -> float:
@@ -69,8 +71,18 @@ class Finding:
         return "narrowed" if self.extent <= NARROWED else "weakly narrowed"
 
     @property
+    def astray(self) -> bool:
+        """Whether the samples narrowed, and the known value lies outside of all that they cover."""
+        if self.truth is None or self.verdict not in ("narrowed", "weakly narrowed"):
+            return False
+        ranges = [(self.low, self.high), *([self.close] if self.outlined else [])]
+        return not any(low <= self.truth <= high for low, high in ranges)
+
+    @property
     def widest(self) -> tuple[float, float]:
-        """The wider of the two ranges, of the weight and of the close fits."""
+        """The wider of the two ranges, of the weight and of the close fits where these outline one."""
+        if not self.outlined:
+            return self.low, self.high
         return max(self.close, (self.low, self.high), key=lambda ends: ends[1] - ends[0])
 
     @property
@@ -84,13 +96,15 @@ class Finding:
     def sentences(self) -> tuple[str, ...]:
         """The finding in words, in markup."""
         label, unit = self.quantity.label, _unit(self.quantity)
-        holds = "at least fit about as well" if self.widest == self.close else f"hold {MOST}"
+        holds = "at least fit about as well" if self.outlined and self.widest == self.close else f"hold {MOST}"
         values = f"{numbers.between(*self.widest)}{unit}{self._in_plain_units()} {holds}"
+        if not self.outlined and self.close[1] - self.close[0] > self.high - self.low:
+            values += f", and the few samples that fit about as well lie from {numbers.between(*self.close)}{unit}"
         estimate = f"{numbers.estimate(self.mean, self.std)}{unit}"
         if self.verdict == "not identified":
             said = [f"{label} is not identified: {values}."]
         elif self.verdict == "uncertain":
-            said = [f"{label} is uncertain: {values}, and chance alone may narrow samples as far as to {estimate}."]
+            said = [f"{label} is uncertain: {values}. The weighted samples are at {estimate}, but those of a parameter without any effect may lie as close together."]
         else:
             said = [f"{label} is {self.verdict}: {values}; the weighted samples are at {estimate}."]
         if self.reached_ends:
@@ -101,7 +115,14 @@ class Finding:
         return tuple(said)
 
     def _beside_truth(self) -> str:
-        """Whether each of the ranges covers the known value."""
+        """Whether each of the ranges covers the known value, and what it means where the samples narrowed about another."""
+        interval = f"the {100 * PROBABILITY:.0f} % interval ({numbers.between(self.low, self.high)})"
+        truth = f"The truth, {numbers.short(self.truth)}{_unit(self.quantity)},"
+        if self.astray:
+            where = f"{interval} and the values that fit about as well" if self.outlined else interval
+            return f"{truth} lies outside {where}: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right."
+        if not self.outlined:
+            return f"{truth} lies {'in' if self.low <= self.truth <= self.high else 'outside'} {interval}."
         weighted, close = (low <= self.truth <= high for low, high in ((self.low, self.high), self.close))
         said = {
             (True, True): "lies in {} and among the values that fit about as well",
@@ -109,8 +130,7 @@ class Finding:
             (False, True): "lies outside {}, but among the values that fit about as well",
             (False, False): "lies outside {} and the values that fit about as well",
         }[weighted, close]
-        interval = f"the {100 * PROBABILITY:.0f} % interval ({numbers.between(self.low, self.high)})"
-        return f"The truth, {numbers.short(self.truth)}{_unit(self.quantity)}, {said.format(interval)}."
+        return f"{truth} {said.format(interval)}."
 
     def _in_plain_units(self) -> str:
         """For a logarithm of a quantity with a unit, the quantity itself."""
@@ -148,6 +168,7 @@ def judge(
             close=(float(close.low[k]), float(close.high[k])),
             by_chance=by_chance,
             truth=truth.get(name),
+            outlined=close.enough,
         )
         for k, (name, quantity) in enumerate(zip(space.names, parameters(space)))
     )
@@ -155,9 +176,9 @@ def judge(
 
 def legend(close: CloseFits, iteration: int) -> str:
     """What the two ranges in the sentences of findings are, for readers."""
-    few = f" Only {numbers.count(close.count, 'sample')} did so far." if close.count < FEW else ""
+    few = "" if close.enough else f" Only {numbers.count(close.count, 'sample')} did so far, too few to outline a range, so that what holds {MOST} is given instead."
     return (
-        f"Values “fit about as well” where samples that have them come to an error ε of at most {close.limit:.3g} %, {MARGIN:g} percentage points above the smallest.{few} "
+        f"Values “fit about as well” where samples that have them come to an error ε of at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.{few} "
         f"“±” is one standard deviation (sd) of the weighted samples of iteration {iteration}, as the paper reports it: "
         "it shrinks with every iteration, whatever the noise of the data."
     )
@@ -167,19 +188,18 @@ def rule(findings: Sequence[Finding], close: CloseFits) -> str:
     """The rule of the verdicts, for readers."""
     chance = findings[0].by_chance
     if chance < 0.005:
-        narrowing = "in these iterations, of so few samples with weight, to next to nothing, so that nearly all that is not beyond two thirds is called uncertain."
+        narrowing = "In these iterations so few samples carry weight that this may be next to nothing, and nearly all that is not open is called uncertain."
     else:
-        narrowing = f"in these iterations seldom to below {chance:.2f} of that sd, and what is not below is called uncertain."
+        narrowing = f"In these iterations such a parameter may shrink to {numbers.percent(100 * chance, 2)} of the spread that it began with."
     best = close.limit - MARGIN
-    better = "" if best < OPTIMAL_ERROR else f" Better fits than the best so far, of {best:.3g} %, may lie outside of them altogether."
+    better = "" if best < OPTIMAL_ERROR else f" Better fits than the best so far, of {numbers.percent(best)}, may lie outside of these ranges altogether."
     return (
-        f"What fits about as well is what {numbers.count(close.count, 'sample')} of all iterations did. Its margin of {MARGIN:g} percentage points of ε "
-        "is what two runs of the same parameters may differ by in a long shear; short ones repeat better. Such ranges are the least, for values beyond them "
-        f"were seldom tried with all others tuned to them.{better} "
-        "What is left of a parameter's range is the part that they span, or, where it is more, the weighted samples' sd over that of values spread evenly "
-        "over the range (its width over √12). Up to a third is called narrowed, up to two thirds weakly narrowed, and more not identified. None is called "
-        "identified: samples drawn ever closer about the ones before do not show that other values fit worse. Samples also narrow by chance, along parameters "
-        f"without any effect: {narrowing} Intervals hold {MOST}."
+        "How a parameter is judged: by the part of its range that is still open. That is the part over which values fit about as well, or over which the weighted "
+        "samples spread, whichever is larger. Up to a third is called narrowed, up to two thirds weakly narrowed, more not identified. "
+        "Uncertain is a parameter whose samples lie no closer together than those of one that changes nothing in the response: "
+        f"samples are drawn about those before, and so shrink even then. {narrowing} "
+        "No parameter is called identified, because few values were tried away from the first good ones. For the same reason more values may fit than are listed."
+        f"{better} The margin of {MARGIN:g} percentage points is what two runs of the same parameters may differ by in a long shear; in short ones they differ by less."
     )
 
 

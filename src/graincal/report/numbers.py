@@ -30,6 +30,13 @@ def value(number: float, digits: int = 4) -> str:
     return f"{shown} × 10^{{{exponent}}}".replace("-", "−") if exponent else shown
 
 
+def percent(number: float, digits: int = 3) -> str:
+    """Percent to so many digits, and to the last before the decimal point in any case: `1.57 %`, `107 %`."""
+    if not math.isfinite(number):
+        return "– %"
+    return f"{number:.{max(_decimals(abs(number), digits), 0)}f} %".replace("-", "−")
+
+
 def short(number: float) -> str:
     """A number as somebody chose it, to four digits, without the zeros behind: `0.5`, `60`, `2 × 10^{8}`."""
     digits = next(digits for digits in range(1, 5) if digits == 4 or float(f"{number:.{digits}g}") == float(f"{number:.4g}"))

@@ -18,6 +18,9 @@ from graincal.report.with_plotly import describe, describe_square
 # A browser enforces it: whatever the page holds, it loads nothing from anywhere.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:"
 
+_MANY = 8
+"""Columns, beyond which a table stands closer."""
+
 
 class Page:
     """A page that grows from top to bottom."""
@@ -50,7 +53,8 @@ class Page:
         head = "".join(f"<th{_figures(table, k)}>{to_html(text)}</th>" for k, text in enumerate(table.head))
         rows = "".join("<tr>" + "".join(f"<td{_figures(table, k)}>{to_html(text)}</td>" for k, text in enumerate(row)) + "</tr>" for row in table.rows)
         thead = f"<thead><tr>{head}</tr></thead>" if any(table.head) else ""
-        self._body.append(f'<div class="scrolls" tabindex="0"><table>{thead}<tbody>{rows}</tbody></table></div>')
+        wide = ' class="wide"' if len(table.head) > _MANY else ""
+        self._body.append(f'<div class="scrolls" tabindex="0"><table{wide}>{thead}<tbody>{rows}</tbody></table></div>')
 
     def figure(self, figure: Figure) -> None:
         """A figure with its title, key and caption."""

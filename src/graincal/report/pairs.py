@@ -13,7 +13,7 @@ from graincal.inference import Iteration
 from graincal.report.drawing import Axis, Bars, Figure, Level, Panel, Points
 from graincal.report.findings import effective_samples, signed, telling_correlation
 from graincal.report.groups import Group, find_groups
-from graincal.report.numbers import count, short
+from graincal.report.numbers import count, percent, short
 from graincal.report.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
 from graincal.report.quantities import Quantity, parameters
 
@@ -122,7 +122,7 @@ def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row:
     # The heaviest on top.
     order = [i for i in np.argsort(weights, kind="stable") if not iteration.failed[i]]
     relative = weights[order] / weights.max()
-    notes = tuple(f"sample {iteration.samples.ids[i]}: weight {weights[i]:.2g}, ε = {iteration.errors[i]:.3g} %" for i in order)
+    notes = tuple(f"sample {iteration.samples.ids[i]}: weight {weights[i]:.2g}, ε = {percent(iteration.errors[i])}" for i in order)
     colours, sizes = colours_of(0.08 + 0.92 * relative), _SMALLEST + (_LARGEST - _SMALLEST) * np.sqrt(relative)
     failed = iteration.failed
     return (

@@ -6,6 +6,7 @@ from graincal.campaign import Experiment, Result
 from graincal.report.answer import answer_of, errors_of
 from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points
 from graincal.report.findings import MOST, PROBABILITY
+from graincal.report.numbers import percent
 from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, REFERENCE, distinct
 from graincal.report.quantities import quantity
 
@@ -19,11 +20,11 @@ def draw_responses(result: Result) -> Figure | None:
     if best is None:
         return None
     if most_probable is None:
-        title = f"The best response is {best.error:.3g} % from the reference."
+        title = f"The best response is {percent(best.error)} from the reference."
         caption = "No iteration has weights, so that there is neither a most probable response nor a band. Errors (Eq. 5) are those of the best response."
     else:
-        compared = "and is the best" if best.sample == most_probable.sample else f"the best {best.error:.3g} %"
-        title = f"The most probable response is {most_probable.error:.3g} % from the reference, {compared}."
+        compared = "and is the best" if best.sample == most_probable.sample else f"the best {percent(best.error)}"
+        title = f"The most probable response is {percent(most_probable.error)} from the reference, {compared}."
         caption = (
             f"The band holds {MOST} of iteration {most_probable.iteration}'s responses, state by state; the dotted line is their mean. "
             "Errors (Eq. 5) are those of the most probable response."
@@ -41,7 +42,7 @@ def draw_fabric(result: Result) -> Figure | None:
         return None
     caption = (
         "Z is the mean number of contacts of a particle; a_{c}, a_{n} and a_{t} are the anisotropies of the contacts' directions, of their normal "
-        "forces and of their tangential forces."
+        "forces and of their tangential forces. At the start a_{c} may be slightly negative: it is near 0 then, and a few hundred contacts scatter about it."
     )
     return Figure("fabric", "The fabric of the best response.", caption, tuple(panels), columns=2)
 
@@ -61,7 +62,7 @@ def _panels(result: Result, number: int) -> list[Panel]:
     for name, observed in experiment.reference.observables.items():
         shown = quantity(name)
         marks = (*curves[name], Points(x, observed * shown.scale, REFERENCE, "reference"))
-        panels.append(Panel(f"{_prefix(result, experiment)}{shown.title}, error {errors[name]:.2g} %", axis, Axis(shown.axis), marks))
+        panels.append(Panel(f"{_prefix(result, experiment)}{shown.title}, error {percent(errors[name], 2)}", axis, Axis(shown.axis), marks))
     return panels
 
 

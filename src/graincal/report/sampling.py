@@ -8,7 +8,7 @@ from graincal.campaign import Result
 from graincal.inference import Iteration, Stop
 from graincal.report.close_fits import close_fits
 from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
-from graincal.report.numbers import count, value
+from graincal.report.numbers import count, percent, value
 from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
 from graincal.report.quantities import parameters
 
@@ -35,7 +35,7 @@ def draw_samples(result: Result) -> Figure | None:
             if candidate:
                 ring = Style(style.colour, symbol="ring", size=12 if name == "best" else 16, width=2)
                 marks.append(Points(candidate.theta[k : k + 1], np.array([candidate.error]), ring, name))
-        marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {close.limit:.3g} %"))
+        marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {percent(close.limit)}"))
         if (truth := result.truth.get(result.space.names[k])) is not None:
             marks.append(Level(truth, TRUTH, "truth", upright=True))
         margin = 0.03 * (high - low)
@@ -73,10 +73,13 @@ def draw_convergence(result: Result) -> Figure | None:
     title = "No iteration has weights."
     if weighted:
         first, last = weighted[0], weighted[-1]
-        title = f"The GL error went from {first.gl_error:.3g} % in iteration {first.index} to {last.gl_error:.3g} % in iteration {last.index}."
+        title = f"The GL error went from {percent(first.gl_error)} in iteration {first.index} to {percent(last.gl_error)} in iteration {last.index}."
     caption = (
-        "ε_{GL} is the mean error under the weights (Eq. 7). s is the relative variance per state at which the effective part of the samples meets its target; "
-        f"it grows with the number of states, here {len(result.iterations[-1].weights)}, and the paper's threshold of {Stop.s:g} is for about 50. "
+        "ε_{GL} is the mean error of the samples under their weights (Eq. 7). s says how far responses may be from the reference at a state and still count: "
+        f"it is a relative variance, {Stop.s:g} a deviation of {100 * Stop.s**0.5:.0f} %. It is not chosen but solved for, so that the part of the samples that is asked for carries the weight, and "
+        "falls as they come to fit better. Each further state adds its misfit to the sum that decides, so that the same fit gives a larger s where there are more "
+        f"states: the paper's threshold of {Stop.s:g} is for about 50, and here there are {len(result.iterations[-1].weights)}. Divided by their number, as in the column s / states of the table below, it can be "
+        "compared between tests. "
         "Dotted: the limits of the error and of s where these criteria are switched on, and the target of the effective part."
     )
     return Figure("convergence", title, caption, panels)
@@ -92,7 +95,7 @@ def _coloured(iterations: int) -> list[tuple[Style, str]]:
 def _points(iteration: Iteration, k: int, style: Style, name: str) -> Points:
     usable = ~iteration.failed
     ids, errors = iteration.samples.ids[usable], iteration.errors[usable]
-    notes = tuple(f"sample {id}, iteration {iteration.index}: ε = {error:.3g} %" for id, error in zip(ids, errors))
+    notes = tuple(f"sample {id}, iteration {iteration.index}: ε = {percent(error)}" for id, error in zip(ids, errors))
     return Points(iteration.samples.theta[usable, k], errors, style, name, notes=notes)
 
 

@@ -39,8 +39,8 @@ def of_parameters(result: Result, findings: tuple[Finding, ...]) -> Table:
             row.append("–" if truth is None else numbers.short(truth))
         if findings:
             found = findings[k]
-            row += [numbers.between(*found.close), numbers.between(found.low, found.high)]
-            row += [numbers.estimate(found.mean, found.std), f"{found.spread:.2f}", found.verdict]
+            row += [numbers.between(*found.close) if found.outlined else "–", numbers.between(found.low, found.high)]
+            row += [numbers.estimate(found.mean, found.std), f"{found.spread:.2f}", f"{found.verdict}, away from the truth" if found.astray else found.verdict]
         row += [numbers.value(candidate.theta[k]) for candidate in candidates.values()]
         rows.append(tuple(row))
     return Table(tuple(head), tuple(rows))

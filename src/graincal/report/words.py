@@ -55,13 +55,13 @@ def fit(result: Result) -> tuple[str, ...]:
     if best is None:
         return (f"All {numbers.count(result.evaluations, 'sample')} failed, so that nothing was found.",)
     if answer is None:
-        return (f"The smallest error of {numbers.count(result.evaluations, 'sample')}, that of the best, is {best.error:.3g} % ({_name(best)}): {_by_observable(result, best)}.",)
+        return (f"The smallest error of {numbers.count(result.evaluations, 'sample')}, that of the best, is {numbers.percent(best.error)} ({_name(best)}): {_by_observable(result, best)}.",)
     said = ["The most probable sample is that of the largest weight in the last iteration with weights; the best is that of the smallest error of all iterations."]
-    said += [f"The most probable response ({_name(answer)}) is {answer.error:.3g} % from the reference: {_by_observable(result, answer)}."]
+    said += [f"The most probable response ({_name(answer)}) is {numbers.percent(answer.error)} from the reference: {_by_observable(result, answer)}."]
     if best.sample == answer.sample:
         said.append(f"It is also the best of {numbers.count(result.evaluations, 'sample')}.")
     else:
-        said.append(f"The best of {numbers.count(result.evaluations, 'sample')} ({_name(best)}) is {best.error:.3g} % from it.")
+        said.append(f"The best of {numbers.count(result.evaluations, 'sample')} ({_name(best)}) is {numbers.percent(best.error)} from it.")
     return tuple(said)
 
 
@@ -109,6 +109,6 @@ def _by_observable(result: Result, candidate: Candidate) -> str:
     """The errors (Eq. 5) of a candidate in each observable of each experiment, as a list."""
     parts = []
     for experiment, errors in zip(result.experiments, errors_of(result, candidate)):
-        listed = ", ".join(f"{quantity(name).label} {error:.3g} %" for name, error in errors.items())
+        listed = ", ".join(f"{quantity(name).label} {numbers.percent(error)}" for name, error in errors.items())
         parts.append(f"{experiment.name} ({listed})" if len(result.experiments) > 1 else listed)
     return "; ".join(parts)
