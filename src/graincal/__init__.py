@@ -4,14 +4,14 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-from graincal.data import Failure, InputError, ParameterSpace, Reference, Response, Samples
+from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
 
 if TYPE_CHECKING:
     from graincal.campaign import Experiment, FolderError, Result, calibrate, resume
-    from graincal.inference import IterativeBayesianFilter, Posterior, SequentialMonteCarloFilter, Stop
+    from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop
 
 __version__ = version("graincal")
 
@@ -23,10 +23,12 @@ __all__ = [
     "InputError",
     "IsotropicTest",
     "IterativeBayesianFilter",
+    "MeasurementError",
     "OedometricTest",
     "Packing",
     "ParameterSpace",
     "Posterior",
+    "PosteriorFilter",
     "PythonModel",
     "Reference",
     "Response",

@@ -13,7 +13,7 @@ from graincal.report.contents import figures
 from graincal.report.drawing import Band, Points
 from graincal.report.emulated import Emulated
 
-from . import soil
+from . import soil, test_report
 from .test_report import read
 
 ERRORS = {"stress_ratio": 0.03, "volumetric_strain": 5e-4}
@@ -108,11 +108,23 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "the model cannot reproduce the test that well" in said(iterations=iterations)
 
 
+def test_before_the_end_it_says_what_is_known_so_far(result, tmp_path):
+    running = copy(result)
+    running.iterations, running.learnt, running.stopped_by, running.stopped_because = result.iterations[:-1], result.learnt[:-1], None, None
+    assert "It has not been run again yet." in summarise(running) and "Not at its end: 2 batches are complete" in summarise(running)
+    write_report(running, tmp_path / "report.html")
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_browser_draws_it(width, request, tmp_path):
+    test_report.test_a_browser_draws_it_without_a_network_an_error_or_a_scroll_to_the_side("result", width, request, tmp_path)
+
+
 def test_without_a_response_nothing_is_found(tmp_path):
     never = gc.PythonModel(lambda theta: {"stress_ratio": np.nan})
     result = gc.calibrate(never, soil.reference(), soil.SPACE, method="posterior", workers=1)
     assert result.stopped_by == "failures" and result.posterior is None and result.answer is None
-    assert "All 12 samples failed, so that nothing was found." in summarise(result)
+    assert "All 54 samples failed, so that nothing was found." in summarise(result)
     write_report(result, tmp_path / "report.html")
 
 
