@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.report import summarise, verdict, with_matplotlib, write_report
+from graincal.report import summarise, tables, verdict, with_matplotlib, write_report
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Points
 from graincal.report.emulated import Emulated
+from graincal.report.emulated_figures import draw_emulated_pairs
 
 from . import soil, test_report
 from .test_report import read
@@ -76,6 +77,29 @@ def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(resu
     assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "fit about as well", "most probable sample"))
     assert page.loaded == []
     assert summarise(result).splitlines()[0].startswith("φ is identified: ")
+
+
+def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulated):
+    # Two clouds, of seven tenths of the probability and of three, whose most probable points are known.
+    rng = np.random.default_rng(1)
+    centres = np.array([[15.0, 8.0, 0.5], [50.0, 8.0, 0.5]])
+    which = (np.arange(1000) >= 700).astype(int)
+    theta = centres[which] + rng.normal(size=(1000, 3)) * [1.0, 0.5, 0.1]
+    log_likelihood = -np.sum((theta - centres[which]) ** 2, axis=1)
+    explored = replace(emulated.emulation.explored, theta=theta, log_likelihood=log_likelihood)
+    posterior = gc.Posterior(soil.SPACE.names, theta, np.full(1000, 1e-3))
+    apart = Emulated(result, replace(emulated.emulation, explored=explored, posterior=posterior))
+    first, second = apart.modes
+    assert (first.share, second.share) == pytest.approx((0.7, 0.3), abs=0.01)
+    for mode, centre, rows in ((first, centres[0], which == 0), (second, centres[1], which == 1)):
+        assert mode.centre == pytest.approx(centre, abs=0.3)
+        np.testing.assert_array_equal(mode.best, theta[rows][np.argmax(log_likelihood[rows])])
+    # The best run, at 30 degrees, is nearer to the first.
+    assert first.error == result.best.error < second.error
+    assert "2 separate groups of values, of 70 % and 30 %" in " ".join(text for _, said in verdict.found(result, apart) for text in said)
+    table = tables.of_modes(apart)
+    assert len(table.head) == len(table.rows[0]) == 5 and tables.of_modes(emulated) is None
+    with_matplotlib.draw(draw_emulated_pairs(apart))
 
 
 def test_every_figure_is_drawn_by_matplotlib_too(result):

@@ -103,9 +103,6 @@ class Calibration:
             if others := [method for method in METHODS if name in FILTER_OPTIONS[method]]:
                 raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with "{self.method}" one of {", ".join(options)} was expected.')
             raise InputError(f"filter.{name} is not an option of the filter{did_you_mean(name, options)}; expected one of {', '.join(options)}.")
-        # The posterior has a limit on evaluations of its own.
-        if self.method != POSTERIOR and all(getattr(self.stop, name) is False for name in criteria):
-            raise InputError("stop: every criterion is switched off, so that nothing would end the calibration.")
         for criterion in fields(Stop):
             limit = getattr(self.stop, criterion.name)
             if criterion.name not in criteria and limit is not False and limit != criterion.default:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -167,6 +167,8 @@ class IterativeBayesianFilter:
         return Batch(Samples(ids, theta, self.space.names), self.references, self.space)
 
     def _check(self) -> None:
+        if all(getattr(self.stop, field.name) is False for field in fields(Stop) if field.name != "posterior_shift"):
+            raise InputError("stop: every criterion is switched off, so that nothing would end the calibration.")
         if not self.references:
             raise InputError("filter: at least one reference is needed.")
         for reference in self.references:

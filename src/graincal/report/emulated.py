@@ -121,7 +121,10 @@ class Emulated:
         return tuple(modes)
 
     def expected_error(self) -> float:
-        """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average: of a Gaussian, 0.80 standard deviations at each state."""
+        """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average.
+
+        That of a Gaussian is 0.80 standard deviations at each state.
+        """
         errors, shares = [], []
         for experiment, emulator, scatters in zip(self.result.experiments, self.emulation.emulators, self.result.filter.scatters):
             reference = experiment.reference

@@ -62,7 +62,10 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
             f"{100 * ROUGH:g} %. Intervals are wider for it, and may be in the wrong place."
         )
     if emulation.coverage < LEAST_COVERAGE:
-        said.append(f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals. The posterior is too narrow.")
+        said.append(
+            f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals. "
+            "The posterior is too narrow."
+        )
     carrying = int(np.sum(emulation.weights > 0))
     if carrying >= MANY_RUNS and emulation.pareto_k > LARGEST_K:
         said.append(f"A few runs carry most of the weight (Pareto k = {emulation.pareto_k:.2g}, above {LARGEST_K:g}): the runs were not where the posterior is.")
@@ -80,7 +83,8 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     if not said:
         said.append(
             f"Nothing that was looked at speaks against it: the emulator's held-out error is {100 * max(emulation.held_out):.2g} % of the spread of the responses, "
-            f"{100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals, and {numbers.count(result.failures, 'evaluation') if result.failures else 'none'} failed."
+            f"{100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals, and "
+            f"{numbers.count(result.failures, 'evaluation') if result.failures else 'none'} failed."
         )
     return (*said, *_conditions(result))
 
@@ -160,8 +164,8 @@ def _causes(result: Result) -> str:
 def _evidence(result: Result) -> str:
     learnt = result.learnt[-1]
     return (
-        f"log p(reference) = {learnt.log_evidence:.2f} ± {max(learnt.log_evidence_std, 0.005):.2f} (natural logarithm; ± one sd of the draws that estimate it, the emulator's own error not counted). "
-        "It compares models on the same reference, errors and ranges, and says nothing by itself."
+        f"log p(reference) = {learnt.log_evidence:.2f} ± {max(learnt.log_evidence_std, 0.005):.2f} (natural logarithm; ± one sd of the draws that estimate it, "
+        "the emulator's own error not counted). It compares models on the same reference, errors and ranges, and says nothing by itself."
     )
 
 
