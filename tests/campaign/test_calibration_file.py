@@ -10,6 +10,8 @@ from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
 from graincal.campaign.store import Store
 from graincal.cli.comparison import read_comparison
+from graincal.data import MeasurementError
+from graincal.inference import PosteriorFilter
 
 from .hyperbola import STRAIN, reference, write_calibration
 
@@ -39,6 +41,26 @@ def test_sections_that_are_left_out_have_the_paper_s_defaults(tmp_path):
     calibration = read_calibration(path)
     assert calibration.stop.s == 0.01 and calibration.stop.max_iterations == 20 and calibration.seed == 1 and calibration.workers == "all"
     assert calibration.new_filter().samples_per_iteration == 20
+
+
+def test_measurement_errors_are_kept_in_a_laboratory_s_terms(tmp_path):
+    errors = "{ stress_ratio = { measurement_error = 0.02, relative_error = 0.01 }, volumetric_strain = { step = 1e-4 } }"
+    path = write_calibration(tmp_path, (SHARES, errors), ('"reference.csv"', '{ file = "reference.csv", control_step = 1e-3, simulated = true }'))
+    given = read_calibration(path)
+    for calibration in (given, Store.create(given).calibration):
+        reference = calibration.experiments[0].reference
+        assert reference.measurement_errors == {"stress_ratio": MeasurementError(0.02, 0.01), "volumetric_strain": MeasurementError(step=1e-4)}
+        assert reference.control_step == 1e-3 and reference.simulated
+
+
+def test_the_posterior_has_its_own_keys(tmp_path):
+    keys = 'method = "posterior"\nfirst_batch = 12\nbatch = 6\ncorrelation_length = 0.1\ndiscrepancy = true'
+    given = read_calibration(write_calibration(tmp_path, ("alpha = 10", keys), ("= 3\ns", "= 3\nposterior_shift = 0.1\ns")))
+    for calibration in (given, Store.create(given).calibration):
+        filter = calibration.new_filter()
+        assert isinstance(filter, PosteriorFilter) and (len(filter.ask()), filter.batch, filter.stop.posterior_shift) == (12, 6, 0.1)
+        # One length, four discrepancies.
+        assert filter.errors[0].size == 4
 
 
 def test_a_triaxial_test_reads_its_packing_beside_the_file(tmp_path):
@@ -87,7 +109,12 @@ def write_triaxial(folder, *replacements):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance was expected."),
+        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, correlation_length, discrepancy was expected."),
+        ("alpha = 10", 'method = "posterior"\nalpha = 10', 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, correlation_length, discrepancy was expected.'),
+        ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance was expected.'),
+        ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
+        ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift means nothing to method = "iterative-bayesian", which looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations.'),
+        ("{ variance_share = 0.5 } }", "{ variance_share = 0.5, relative_error = 0 } }", 'experiment "drained": observables.volumetric_strain.relative_error must be a standard deviation above 0 as a part of each value, not 0.'),
         ("alpha = 10", "alpha = 'ten'", 'filter.alpha must be a number above 0, not "ten".'),
         ("alpha = 10", "alpha = true", "filter.alpha must be a number above 0, not true."),
         ("alpha = 10", "alpha = 0.1", "filter.alpha = 0.1 leaves 0 samples for 2 parameter(s), and at least 2 are needed."),

@@ -34,7 +34,7 @@ def assert_same(one, other):
     np.testing.assert_array_equal(one.errors, other.errors)
     for mine, theirs in zip(one.iterations, other.iterations, strict=True):
         np.testing.assert_array_equal(mine.weights, theirs.weights)
-        assert mine.s == theirs.s
+        np.testing.assert_equal(mine.s, theirs.s)
     for id in one.ids:
         mine, theirs = one.response(id), other.response(id)
         assert type(mine) is type(theirs)
@@ -154,7 +154,7 @@ def test_a_model_on_another_control_is_interpolated():
     [
         ({"space": None}, "needs a parameter space"),
         ({"reference": None}, "needs the reference"),
-        ({"method": "magic"}, 'method must be one of iterative-bayesian, sequential-monte-carlo, not "magic"'),
+        ({"method": "magic"}, 'method must be one of iterative-bayesian, sequential-monte-carlo, posterior, not "magic"'),
         ({"alhpa": 3}, "filter.alhpa is not an option of the filter .did you mean \"alpha\".*; expected one of alpha"),
         ({"workers": 0}, 'workers must be a whole number above 0 or "all", not 0'),
         ({"seed": -1}, "seed must be a whole number, not negative, not -1"),

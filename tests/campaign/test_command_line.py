@@ -122,9 +122,9 @@ def test_a_kill_while_other_limits_are_stored_blames_nobody(campaign, call, tmp_
     folder = shutil.copytree(campaign, tmp_path / "campaign")
     go_on = Store.go_on
 
-    def killed(store, stop, remark):
+    def killed(store, *arguments):
         if instant == "after":
-            go_on(store, stop, remark)
+            go_on(store, *arguments)
         raise SystemExit(137)
 
     with monkeypatch.context() as patched:
@@ -139,7 +139,7 @@ def test_status_is_a_contract(campaign, call):
     found = json.loads(call("status", campaign, "--json").out)
     assert list(found) == [
         "folder", "state", "graincal", "started", "updated", "method", "seed", "parameters", "experiments", "evaluations", "failures", "iteration",
-        "iterations", "best", "most_probable", "stopped_by", "stopped_because", "seconds", "seconds_left",
+        "iterations", "best", "most_probable", "answer", "stopped_by", "stopped_because", "seconds", "seconds_left",
     ]  # fmt: skip
     assert (found["state"], found["evaluations"], found["stopped_by"], found["seconds_left"]) == ("finished", 40, "max_iterations", 0.0)
     assert found["iteration"] == {"index": 1, "samples": 20, "evaluated": 20, "failed": 0}

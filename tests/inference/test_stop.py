@@ -77,4 +77,4 @@ def test_values_that_are_no_limits_are_refused(wrong):
 
 def test_a_calibration_that_nothing_would_end_is_refused():
     with pytest.raises(InputError, match="every criterion is switched off"):
-        Stop(**OFF)
+        Stop(**OFF, posterior_shift=False)

@@ -19,7 +19,7 @@ from invented_test import (
     written,
 )
 
-from graincal.data import Reference
+from graincal.data import MeasurementError, Reference
 from graincal.laboratory import read_reference
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.name)
@@ -73,7 +73,7 @@ def test_reference_read_is_the_same_reader(tmp_path: Path) -> None:
     reference = Reference.read(path, control="axial_strain", observables=shares, measurement_errors={"stress_ratio": 0.04})
     assert_is_the_invented_test(reference)
     assert reference.variance_shares == shares
-    assert reference.measurement_errors == {"stress_ratio": 0.04}
+    assert reference.measurement_errors == {"stress_ratio": MeasurementError(absolute=0.04)}
 
 
 def test_quantities_of_any_name_are_read_in_si_units(tmp_path: Path) -> None:

@@ -4,8 +4,8 @@ from graincal.campaign.calibration import Calibration
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.listener import Listener
 from graincal.campaign.prediction import Prediction, predict
-from graincal.campaign.result import Candidate, Result
+from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.running import begin, calibrate, resume
 from graincal.campaign.trouble import FolderError
 
-__all__ = ["Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Prediction", "Result", "begin", "calibrate", "predict", "resume"]
+__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Prediction", "Result", "begin", "calibrate", "predict", "resume"]

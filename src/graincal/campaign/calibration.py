@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Literal
@@ -14,13 +14,23 @@ from graincal.campaign.curves import file_name
 from graincal.campaign.experiment import Experiment, Model
 from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
-from graincal.inference import METHODS, IterativeBayesianFilter, Stop
+from graincal.inference import METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
 from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
 from graincal.models.stress_path import check_ranges, check_units
 from graincal.suggestion import did_you_mean
 
-FILTER_OPTIONS = ("alpha", "effective_sample_size", "scale", "covariance")
+POSTERIOR = "posterior"
+
+_OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance")
+FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "correlation_length", "discrepancy")}
+"""The options of each method's filter."""
+
+_LIMITS = ("max_iterations", "max_evaluations")
+CRITERIA = dict.fromkeys(METHODS, ("s", "gl_error_increment", "error", "error_increment", *_LIMITS)) | {POSTERIOR: ("posterior_shift", *_LIMITS)}
+"""The criteria of stopping that each method looks at."""
+
+Filter = IterativeBayesianFilter | PosteriorFilter
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +69,7 @@ class Calibration:
             raise InputError(f"experiments must have different names, by letters and digits, not {', '.join(names)}.")
         if self.method not in METHODS:
             raise InputError(f'method must be one of {", ".join(METHODS)}, not "{self.method}"{did_you_mean(self.method, METHODS)}.')
-        if unknown := set(self.filter_options) - set(FILTER_OPTIONS):
-            raise InputError(f"filter.{min(unknown)} is not an option of the filter{did_you_mean(min(unknown), FILTER_OPTIONS)}; expected one of {', '.join(FILTER_OPTIONS)}.")
+        self._check_options()
         for name, value in self.truth.items():
             if name not in self.space.names:
                 raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, self.space.names)}; expected some of {', '.join(self.space.names)}.")
@@ -76,15 +85,30 @@ class Calibration:
             self._check_model(experiment)
         return self
 
-    def new_filter(self) -> IterativeBayesianFilter:
+    def new_filter(self) -> Filter:
         """The filter before its first sample."""
         references = [experiment.reference for experiment in self.experiments]
-        return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **self.filter_options)
+        options = dict(self.filter_options)
+        if self.method == POSTERIOR:
+            options["scatters"] = [experiment.scatters for experiment in self.experiments]
+        return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **options)
 
     @property
     def number_of_workers(self) -> int:
         """The evaluations that may run at once."""
         return available_cores() if self.workers == "all" else self.workers
+
+    def _check_options(self) -> None:
+        """Raise InputError for options and criteria that the method does not look at."""
+        options, criteria = FILTER_OPTIONS[self.method], CRITERIA[self.method]
+        for name in sorted(set(self.filter_options) - set(options)):
+            if others := [method for method in METHODS if name in FILTER_OPTIONS[method]]:
+                raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with "{self.method}" one of {", ".join(options)} was expected.')
+            raise InputError(f"filter.{name} is not an option of the filter{did_you_mean(name, options)}; expected one of {', '.join(options)}.")
+        for criterion in fields(Stop):
+            limit = getattr(self.stop, criterion.name)
+            if criterion.name not in criteria and limit is not False and limit != criterion.default:
+                raise InputError(f'stop.{criterion.name} means nothing to method = "{self.method}", which looks at {", ".join(criteria)}.')
 
     def _check_model(self, experiment: Experiment) -> None:
         control, model = experiment.reference.control_name, experiment.model

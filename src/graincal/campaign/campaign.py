@@ -7,15 +7,17 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.curves import file_name, write_curve
+from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
+from graincal.campaign.replay import tell
 from graincal.campaign.result import Result
 from graincal.campaign.store import Store
 from graincal.campaign.trouble import FolderError
-from graincal.data import Response, Samples
+from graincal.data import Samples
+from graincal.inference import PosteriorFilter
 
 CURVES = "curves"
 
@@ -41,18 +43,18 @@ class Campaign:
             samples = filter.ask()
             self.store.ask(index, samples, len(self.calibration.experiments))
             self._evaluate(index, samples)
-            responses, failed = self._outcomes(samples)
-            filter.tell(samples, responses, failed)
-            self.store.complete(filter.iterations[-1])
+            tell(filter, samples, self.store, self.calibration.experiments)
+            learnt = Learnt.of(filter) if isinstance(filter, PosteriorFilter) else None
+            self.store.complete(filter.iterations[-1], learnt)
             replayed = index < known
             if self.store.folder and (filter.finished or not replayed):
-                write_curves(Result(self.store, self.calibration), self.store.folder / CURVES)
+                write_curves(Result(self.store, self.calibration, filter), self.store.folder / CURVES)
             for listener in self.listeners:
-                listener.iteration_ends(filter.iterations[-1], replayed)
+                listener.iteration_ends(filter.iterations[-1], replayed, learnt)
         self.store.stop(filter.stopped_by, filter.stopped_because)
         for listener in self.listeners:
             listener.stops(filter.stopped_by, filter.stopped_because)
-        return Result(self.store, self.calibration)
+        return Result(self.store, self.calibration, filter)
 
     def _evaluate(self, iteration: int, samples: Samples) -> None:
         """Evaluate what is waiting, one experiment after the other; a sample that fails in one is left out of the next."""
@@ -71,28 +73,20 @@ class Campaign:
                     for listener in self.listeners:
                         listener.evaluated(id, experiment.name, outcome)
 
-    def _outcomes(self, samples: Samples) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
-        """The responses of all samples, one (N, T, J) for each experiment, and which failed."""
-        failed = np.zeros(len(samples), dtype=bool)
-        responses = []
-        for number, experiment in enumerate(self.calibration.experiments):
-            responses.append(np.full((len(samples), *experiment.reference.values.shape), np.nan))
-            for row, id in enumerate(samples.ids):
-                outcome = self.store.outcome(id, number)
-                if isinstance(outcome, Response):
-                    responses[number][row] = outcome.observables(experiment.reference.names)
-                else:
-                    failed[row] = True
-        return responses, failed
-
 
 def write_curves(result: Result, folder: Path) -> None:
-    """The responses of the best and of the most probable sample, a file for each experiment."""
+    """The responses of the best and of the most probable sample, or the mean of the runs at the answer, a file for each experiment."""
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise FolderError.of(folder, error) from error
-    for word, candidate in (("best", result.best), ("most_probable", result.most_probable)):
-        for experiment in result.experiments if candidate else ():
-            path = folder / f"{file_name(experiment.name)}_{word}.csv"
-            write_curve(path, result.response(candidate.sample, experiment.name), experiment.reference.control_name)
+    for number, experiment in enumerate(result.experiments):
+        curves = {}
+        if result.best:
+            curves["best"] = result.response(result.best.sample, number)
+        if result.answer is None and result.most_probable:
+            curves["most_probable"] = result.response(result.most_probable.sample, number)
+        if result.answer and (mean := result.mean_response(result.answer, number)):
+            curves["answer"] = mean
+        for word, curve in curves.items():
+            write_curve(folder / f"{file_name(experiment.name)}_{word}.csv", curve, experiment.reference.control_name)

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationError, field_validator, m
 from graincal.campaign.calibration import Calibration, check_observables
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.section import Section, mistake, sentences
-from graincal.data import InputError, ParameterSpace, Reference
+from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.files import unreadable
@@ -51,6 +51,14 @@ class Parameter(Section):
 class Observable(Section):
     variance_share: Positive | None = Field(None, description="a number above 0, the smaller the more trusted")
     measurement_error: Positive | None = Field(None, description="a standard deviation above 0 in the reference's own units")
+    relative_error: Positive | None = Field(None, description="a standard deviation above 0 as a part of each value")
+    step: Positive | None = Field(None, description="the step of a display or of a reading, above 0, in the reference's own units")
+
+    @property
+    def error(self) -> MeasurementError | None:
+        """What is said of the measurement's error; None for nothing."""
+        said = {"absolute": self.measurement_error, "relative": self.relative_error, "step": self.step}
+        return MeasurementError(**{name: float(value) for name, value in said.items() if value}) if any(said.values()) else None
 
 
 class ReferenceFile(Section):
@@ -61,6 +69,8 @@ class ReferenceFile(Section):
     compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')
     unloading: Literal["drop"] | None = Field(None, description='"drop"')
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
+    control_step: Positive | None = Field(None, description="the step to which the control was read, above 0, in its own unit")
+    simulated: bool = Field(False, description="true or false")
 
 
 class StressPathModel(Section):
@@ -78,7 +88,7 @@ class StressPathModel(Section):
     strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
     law: Literal["linear", "hertz-mindlin"] = Field(StressPathTest.law, description='"linear" or "hertz-mindlin"')
     precision: Literal["float64", "float32"] = Field(StressPathTest.precision, description='"float64" or "float32"')
-    packing: str | None = Field(None, description="the name of a packing file")
+    packing: str | list[str] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")
     grading: str = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
@@ -108,9 +118,10 @@ class StressPathModel(Section):
     def _options(self, folder: Path) -> dict[str, Any]:
         return self.given("kind", "packing", *self._PREPARATION)
 
-    def _packing(self, folder: Path) -> Packing:
+    def _packing(self, folder: Path) -> Packing | list[Packing]:
         if self.packing is not None:
-            return Packing.read(_from_root(folder / self.packing))
+            names = [self.packing] if isinstance(self.packing, str) else self.packing
+            return [Packing.read(_from_root(folder / name)) for name in names]
         from graincal.dem.preparation import prepare
 
         file = folder / self.grading
@@ -184,7 +195,7 @@ class ExperimentEntry(Section):
         options = self.reference.given("file")
         if self.model.kind == TriaxialTest.kind:  # on other paths the lateral stress changes
             options.setdefault("confining_pressure", self.model.confining_pressure)
-        errors = {name: entry.measurement_error for name, entry in self.observables.items() if entry.measurement_error}
+        errors = {name: entry.error for name, entry in self.observables.items() if entry.error}
         shares = {name: entry.variance_share for name, entry in self.observables.items()}
         observables = tuple(shares) if None in shares.values() else shares
         return Reference.read(folder / self.reference.file, self.control, observables, measurement_errors=errors, **options)
@@ -196,6 +207,10 @@ class FilterSection(Section):
     effective_sample_size: float = Field(0.3, gt=0, lt=1, description="a number between 0 and 1")
     scale: Literal["peak", "pointwise"] = Field("peak", description='"peak" or "pointwise"')
     covariance: Literal["tied", "full"] = Field("tied", description='"tied" or "full"')
+    first_batch: int | None = Field(None, ge=2, description="a whole number above 1")
+    batch: int | None = Field(None, ge=2, description="a whole number above 1")
+    correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
+    discrepancy: bool = Field(False, description="true or false")
 
 
 class StopSection(Section):
@@ -205,6 +220,7 @@ class StopSection(Section):
     error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
     max_iterations: Count | Off = Field(20, description="a whole number above 0, or false")
     max_evaluations: Count | Off = Field(False, description="a whole number above 0, or false")
+    posterior_shift: NotNegative | Off = Field(0.25, description="standard deviations, not negative, or false")
 
 
 class RunSection(Section):

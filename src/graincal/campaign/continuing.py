@@ -8,7 +8,8 @@ from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration
+from graincal.campaign.replay import runs_at_answer, tell
 from graincal.campaign.store import Store
 from graincal.data import InputError
 from graincal.inference import Stop
@@ -29,23 +30,45 @@ def changed_criteria(before: Stop, now: Stop) -> dict[str, Any]:
     return {name: value for name, value in asdict(now).items() if value != getattr(before, name) or (value is False) is not (getattr(before, name) is False)}
 
 
-def refuse_another_past(store: Store, calibration: Calibration) -> None:
+def refuse_another_past(store: Store, calibration: Calibration) -> int:
     """Raise InputError where a campaign by the calibration's criteria would have ended before the store's did, or would not go on from its end.
 
     A filter's decision to stop follows from its complete iterations alone, so it is made again on those that are stored. Then whatever is
-    evaluated from here on is what the campaign would have evaluated by these criteria from the start.
+    evaluated from here on is what the campaign would have evaluated by these criteria from the start. Returns how many iterations are the same by
+    these criteria: all that are begun, or all but the runs at the answer, which come later now.
     """
     ended, because = store.meta("stopped_by"), store.meta("stopped_because")
     stop = calibration.new_filter().stop
     if ended and (ended not in _CRITERIA or stop.max_iterations != calibration.stop.max_iterations):
         raise InputError(f"{store.folder}: this campaign is at its end, by {calibration.method} and {ended}, and no criterion of stopping changes that: {because}")
     iterations, begun = store.iterations(), store.last_iteration()
+    if begun is None:
+        return 0
+    if calibration.method == POSTERIOR:
+        return _same_batches(store, calibration, begun + 1)
     for number in range(1, len(iterations) + 1):
         met = stop.reached(iterations[:number])
         if met and number <= begun:
             raise InputError(f"{store.folder}: it would have ended after {number} of the {begun + 1} iterations that are begun, by {_said(met)}.")
         if met and ended:
             raise InputError(f"{store.folder}: it would still be at its end, by {_said(met)}; raise that limit, or switch it off by false.")
+    return begun + 1
+
+
+def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
+    """How many of the batches that are begun a posterior filter asks for by the calibration's criteria too."""
+    filter, complete = calibration.new_filter(), len(store.iterations())
+    for number in range(begun):
+        asked, kept = filter.ask(), store.samples(number)
+        if filter.finished or (runs_at_answer(asked) and not runs_at_answer(kept)):
+            raise InputError(f"{store.folder}: it would have ended after {number} of the {begun} iterations that are begun.")
+        if runs_at_answer(kept) and not runs_at_answer(asked):
+            return number
+        if number < complete:
+            tell(filter, asked, store, calibration.experiments)
+    if filter.finished:
+        raise InputError(f"{store.folder}: it would still be at its end, by {filter.stopped_by} ({filter.stopped_because}); raise that limit, or switch it off by false.")
+    return begun
 
 
 def changed_keys(path: Path, store: Store) -> str | None:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.experiment import Experiment, Model
-from graincal.data import Failure, InputError, ParameterSpace, Reference, Response, Samples
+from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import Stop
@@ -32,9 +32,15 @@ def describe(calibration: Calibration) -> dict[str, Any]:
         ],
         "method": calibration.method,
         "filter": dict(calibration.filter_options),
-        "stop": asdict(calibration.stop),
+        "stop": describe_stop(calibration.method, calibration.stop),
         "seed": int(calibration.seed),
     }
+
+
+def describe_stop(method: str, stop: Stop) -> dict[str, Any]:
+    """The criteria of stopping."""
+    # One that the paper's method does not look at: descriptions are compared with those of campaigns stored before there was another method.
+    return {name: limit for name, limit in asdict(stop).items() if method == POSTERIOR or name != "posterior_shift"}
 
 
 def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
@@ -64,9 +70,18 @@ def _describe_reference(reference: Reference) -> dict[str, Any]:
         "control": reference.control.tolist(),
         "observables": {name: values.tolist() for name, values in reference.observables.items()},
         "variance_shares": dict(reference.variance_shares),
-        "measurement_errors": dict(reference.measurement_errors),
+        "measurement_errors": {name: _describe_error(error) for name, error in reference.measurement_errors.items()},
         "notes": list(reference.notes),
+        # Left out where nothing is said, as it is in campaigns of before one could.
+        **({"control_step": reference.control_step} if reference.control_step else {}),
+        **({"simulated": True} if reference.simulated else {}),
     }
+
+
+def _describe_error(error: MeasurementError) -> float | dict[str, float]:
+    """A plain number where it is nothing but a standard deviation."""
+    given = {name: float(value) for name, value in asdict(error).items() if value}
+    return given["absolute"] if list(given) == ["absolute"] else given
 
 
 def _restore_reference(described: Mapping[str, Any]) -> Reference:
@@ -74,17 +89,29 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
         described["control"],
         described["observables"],
         described["variance_shares"],
-        described["measurement_errors"],
+        {name: MeasurementError(**error) if isinstance(error, dict) else error for name, error in described["measurement_errors"].items()},
         control_name=described["control_name"],
+        control_step=described.get("control_step", 0.0),
+        simulated=described.get("simulated", False),
         notes=tuple(described["notes"]),
     )
+
+
+def _describe_packing(packing: Packing) -> dict[str, Any]:
+    return {name: getattr(packing, name).tolist() for name in ("positions", "radii", "edges")} | {"name": packing.name}
+
+
+def _restore_packing(described: Mapping[str, Any]) -> Packing:
+    return Packing(**{name: np.array(value) if name != "name" else value for name, value in described.items()})
 
 
 def _describe_model(model: Model) -> dict[str, Any]:
     if isinstance(model, StressPathTest):
         described = {
             "kind": model.kind,
-            "packing": {name: getattr(model.packing, name).tolist() for name in ("positions", "radii", "edges")} | {"name": model.packing.name},
+            "packing": _describe_packing(model.packing),
+            # Those beside the first; left out where there are none, for the same reason as others below.
+            **({"more_packings": [_describe_packing(packing) for packing in model.packings[1:]]} if len(model.packings) > 1 else {}),
             "confining_pressure": None if model.confining_pressure is None else float(model.confining_pressure),
             "density_scaling": float(model.density_scaling),
             "fixed": dict(model.fixed),
@@ -114,11 +141,11 @@ def _describe_model(model: Model) -> dict[str, Any]:
 def _restore_model(described: Mapping[str, Any]) -> Model:
     options = {key: value for key, value in described.items() if key != "kind"}
     if described["kind"] in TESTS:
-        packing = {name: np.array(value) if name != "name" else value for name, value in options.pop("packing").items()}
+        packings = [_restore_packing(packing) for packing in (options.pop("packing"), *options.pop("more_packings", ()))]
         options.setdefault("precision", "float64")  # whatever the default is by now
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
-        return TESTS[described["kind"]](Packing(**packing), **options)
+        return TESTS[described["kind"]](packings, **options)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         # Campaigns of before there was a time-out have none.

@@ -31,6 +31,11 @@ class Experiment:
     model: Model
     reference: Reference
 
+    @property
+    def scatters(self) -> bool:
+        """Whether the model's runs are spread over several packings, of which the laboratory's sample is one more."""
+        return len(getattr(self.model, "packings", ())) > 1
+
     def evaluate(self, samples: Samples, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the reference's control, its observables finite."""
         outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers))

@@ -7,12 +7,15 @@ import io
 import json
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import astuple, fields
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from graincal.campaign.curves import file_name
+from graincal.campaign.learnt import Learnt
 from graincal.campaign.result import Result
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, Response
@@ -22,7 +25,8 @@ def export_csv(result: Result, folder: Path) -> list[Path]:
     """Write tables and return their paths.
 
     samples.csv: each sample with its parameters, errors in percent, final weight within its iteration, and why it failed.
-    iterations.csv: s, effective sample size and errors of each iteration. responses_EXPERIMENT.csv: every response, state by state.
+    iterations.csv: s, effective sample size and errors of each iteration, or what was learnt of the posterior. responses_EXPERIMENT.csv: every response,
+    state by state. posterior.csv: the weighted samples of the emulated posterior, with the method "posterior".
     """
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
     weights = np.concatenate([iteration.final_weights for iteration in result.iterations])
@@ -30,10 +34,16 @@ def export_csv(result: Result, folder: Path) -> list[Path]:
     iterations = [
         [i.index, len(i.samples), i.failed.sum(), i.s, i.s_per_state, i.effective_sample_size, i.gl_error, i.error] for i in result.iterations
     ]
+    figures = ["iteration", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error"]
+    if result.has_posterior:
+        figures = ["iteration", "samples", "failed", "smallest_error", *(field.name for field in fields(Learnt))]
+        iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *astuple(learnt)] for i, learnt in zip(result.iterations, result.learnt)]
     tables = {
         "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure"], samples),
-        "iterations.csv": (["iteration", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error"], iterations),
+        "iterations.csv": (figures, iterations),
     }
+    if result.has_posterior and (posterior := result.posterior):
+        tables["posterior.csv"] = (["weight", *result.space.names], zip(posterior.weights, *posterior.samples.T))
     for experiment in result.experiments:
         tables[f"responses_{file_name(experiment.name)}.csv"] = _responses(result, experiment.name, experiment.reference.control_name)
     return [_write_table(folder / name, columns, rows) for name, (columns, rows) in tables.items()]
@@ -46,7 +56,7 @@ def export_json(result: Result, folder: Path) -> list[Path]:
         "started": result.started,
         "stopped_by": result.stopped_by,
         "stopped_because": result.stopped_because,
-        "grade": {"word": result.grade.word, "reasons": list(result.grade.reasons)},
+        "grade": {"word": result.grade.word, "reasons": list(result.grade.reasons)} if result.grade else None,
         "parameters": {
             name: {"range": [low, high], "unit": unit}
             for name, low, high, unit in zip(result.space.names, result.space.low, result.space.high, result.space.units)
@@ -68,8 +78,9 @@ def export_json(result: Result, folder: Path) -> list[Path]:
                 "gl_error": iteration.gl_error,
                 "samples": iteration.samples.ids,
                 "weights": iteration.weights,
+                **(learnt.plain() if learnt else {}),
             }
-            for iteration in result.iterations
+            for iteration, learnt in zip_longest(result.iterations, result.learnt)
         ],
         "samples": [
             {"id": id, "iteration": iteration, "theta": theta, "error": error, "failure": reason, "responses": _curves(result, id)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from graincal.campaign.learnt import Learnt
 from graincal.data import Failure, Response
 from graincal.inference import Iteration
 
@@ -18,8 +19,8 @@ class Listener:
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
         """One evaluation has ended, and is stored."""
 
-    def iteration_ends(self, iteration: Iteration, replayed: bool) -> None:
-        """An iteration is complete; `replayed` if the store held all of it before."""
+    def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
+        """An iteration is complete; `replayed` if the store held all of it before. `learnt`: of the posterior, None for methods without one."""
 
     def stops(self, by: str, because: str) -> None:
         """The calibration is at its end."""

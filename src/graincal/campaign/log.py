@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import fcntl
+import math
 import os
 import time
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
+from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response
@@ -56,9 +58,9 @@ class Log(Listener):
         how = "finished" if isinstance(outcome, Response) else f"failed ({outcome.kind}: {outcome.reason})"
         self.write(f'Sample {sample}, "{experiment}": {how}{took}.')
 
-    def iteration_ends(self, iteration: Iteration, replayed: bool) -> None:
+    def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
         if not replayed:
-            self.write(f"Iteration {iteration.index} is complete: {describe_iteration(iteration)}.")
+            self.write(f"Iteration {iteration.index} is complete: {describe_iteration(iteration, learnt)}.")
 
     def stops(self, by: str, because: str) -> None:
         self.write(f"Stops by {by}. {because}")
@@ -84,11 +86,15 @@ class Log(Listener):
                 return True
 
 
-def describe_iteration(iteration: Iteration) -> str:
+def describe_iteration(iteration: Iteration, learnt: Learnt | None) -> str:
     """The figures of an iteration in a line."""
     failed = f"{iteration.failed.sum()} of {len(iteration.failed)} failed"
     if iteration.unweighted:
         return f"{failed}, no weights: {iteration.unweighted}"
+    if learnt:
+        figures = {"posterior shift": learnt.posterior_shift, "held-out error": learnt.held_out_error, "log evidence": learnt.log_evidence}
+        listed = ", ".join(f"{name} {value:.3g}" for name, value in figures.items() if math.isfinite(value))
+        return f"{failed}, {listed}, smallest error {iteration.smallest_error:.2f} %"
     return (
         f"{failed}, s = {iteration.s:.3g}, ESS = {iteration.effective_sample_size:.2f}, GL error {iteration.gl_error:.2f} %, "
         f"most probable sample's error {iteration.error:.2f} %"

@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration, Filter
 from graincal.campaign.experiment import Experiment
+from graincal.campaign.learnt import Learnt
+from graincal.campaign.replay import replay, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
 from graincal.inference import Grade, Posterior, Stop, grade
@@ -27,6 +29,32 @@ class Candidate:
     error: float
 
 
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The maximum of the emulated posterior, theta (n,), and the runs there that ended the campaign: ids (R,) and errors (R,), percent, Eq. 6, NaN for a failure."""
+
+    theta: NDArray[np.float64]
+    samples: NDArray[np.int64]
+    errors: NDArray[np.float64]
+
+    @property
+    def mean(self) -> float:
+        """Of the errors; NaN where no run has one."""
+        return float(self._known.mean()) if self._known.size else np.nan
+
+    @property
+    def spread(self) -> float:
+        """The errors' standard deviation; NaN for fewer than two."""
+        if self._known.size < 2:
+            return np.nan
+        # Exactly none of runs that are the same, whatever their mean is rounded to.
+        return float(self._known.std(ddof=1)) if np.ptp(self._known) else 0.0
+
+    @property
+    def _known(self) -> NDArray[np.float64]:
+        return self.errors[np.isfinite(self.errors)]
+
+
 class Result:
     """What a campaign found in its complete iterations, as its store holds it. N samples in the order asked, n parameters, E experiments.
 
@@ -34,18 +62,22 @@ class Result:
     observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment.
     seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
     iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
+    learnt: what each brought of the posterior, in figures; empty by methods without one.
     stopped_by, stopped_because: the criterion and a sentence; None while the campaign is not at its end.
     calibration: what was asked. provenance: what it was computed with. started: when, ISO 8601.
     """
 
-    def __init__(self, store: Store, calibration: Calibration) -> None:
+    def __init__(self, store: Store, calibration: Calibration, filter: Filter | None = None) -> None:
+        """filter: the one that has been told what the store holds, where there is one; otherwise it is told again when it is asked for."""
         self._store = store
+        self._filter = filter
         self.calibration = calibration
         self.provenance = store.provenance
         self.started = store.meta("started")
         self.stopped_by = store.meta("stopped_by")
         self.stopped_because = store.meta("stopped_because")
         self.iterations = store.iterations()
+        self.learnt: tuple[Learnt, ...] = store.learnt()
         if not self.iterations:
             raise InputError(f"{store.folder or 'the campaign'}: no iteration is complete yet, so there is no result.")
         self.ids = np.concatenate([iteration.samples.ids for iteration in self.iterations])
@@ -99,7 +131,7 @@ class Result:
 
     @property
     def best(self) -> Candidate | None:
-        """The sample of the smallest error; None if all failed."""
+        """The sample of the smallest error, the luckiest of the runs; None if all failed."""
         return None if self.failed.all() else self._candidate(int(np.nanargmin(self.errors)))
 
     @property
@@ -116,15 +148,43 @@ class Result:
         last = weighted[-1]
         return self._candidate(int(np.searchsorted(self.ids, last.samples.ids[last.most_probable])))
 
+    @cached_property
+    def filter(self) -> Filter:
+        """The filter as it is after the complete iterations. It is told again what the store holds, which takes `PosteriorFilter` seconds an iteration."""
+        return self._filter or replay(self._store, self.calibration)
+
+    @property
+    def has_posterior(self) -> bool:
+        """Whether the method is "posterior", whose spreads mean what they say."""
+        return self.calibration.method == POSTERIOR
+
+    @property
+    def answer(self) -> Answer | None:
+        """The maximum of the emulated posterior, with the runs there once the campaign is at its end; None by other methods, and while nothing is emulated."""
+        last = self.iterations[-1]
+        if not self.has_posterior:
+            return None
+        if runs_at_answer(last.samples):
+            return Answer(last.samples.theta[0], last.samples.ids, last.errors)
+        emulation = self.filter.emulation
+        return Answer(emulation.answer, np.empty(0, dtype=np.int64), np.empty(0)) if emulation else None
+
+    @property
+    def log_evidence(self) -> float:
+        """The log of the probability of the references under the prior, method "posterior"; NaN where it is not known. Its sd is in `learnt`."""
+        return self.learnt[-1].log_evidence if self.learnt else np.nan
+
     @property
     def posterior(self) -> Posterior | None:
-        """The weighted samples of the last iteration that has weights; None without."""
+        """What is known of the parameters: by the method "posterior" the emulated one, else the samples of the last iteration that has weights; None without."""
+        if self.has_posterior:
+            return self.filter.posterior
         return next((iteration.posterior for iteration in reversed(self.iterations) if not iteration.unweighted), None)
 
     @cached_property
-    def grade(self) -> Grade:
-        """"optimal", "sub-optimal", "no fit" or "no result", and why, of the last iteration."""
-        return grade(self.iterations[-1], self.stop)
+    def grade(self) -> Grade | None:
+        """"optimal", "sub-optimal", "no fit" or "no result", and why, of the last iteration: by the paper's method. None by the method "posterior", which has no such grade."""
+        return None if self.has_posterior else grade(self.iterations[-1], self.stop)
 
     def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:
         """What the evaluation of a sample (its id) gave in an experiment (its number or name); None where it was left out after a failure in another."""
@@ -137,6 +197,12 @@ class Result:
         states = len(self.experiments[self._number(experiment)].reference.control)
         nothing = np.full(states, np.nan)
         return {name: np.array([o.values.get(name, nothing) if isinstance(o, Response) else nothing for o in outcomes]) for name in names}
+
+    def mean_response(self, answer: Answer, experiment: int | str = 0) -> Response | None:
+        """The mean of what the runs at the answer gave in an experiment; None where none gave a response."""
+        outcomes = [self.response(int(id), experiment) for id in answer.samples]
+        given = [outcome for outcome in outcomes if isinstance(outcome, Response)]
+        return Response(given[0].control, {name: np.mean([each.values[name] for each in given], axis=0) for name in given[0].values}) if given else None
 
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""

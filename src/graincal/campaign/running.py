@@ -47,10 +47,12 @@ def calibrate(
     >>> result = calibrate(model, reference, space, seed=1)                                      # doctest: +SKIP
     >>> result = calibrate([Experiment("0.5 MPa", test, reference), ...], space=space)           # doctest: +SKIP
 
-    space: the unknowns; theta is in its order. method: "iterative-bayesian" (Hartmann, Cheng, Thornton 2022) or "sequential-monte-carlo".
+    space: the unknowns; theta is in its order. method: "iterative-bayesian" (Hartmann, Cheng, Thornton 2022), "sequential-monte-carlo", or
+    "posterior", whose spreads follow from the measurement errors.
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
-    for the report to show. filter_options: alpha, effective_sample_size, scale, covariance (see `IterativeBayesianFilter`).
+    for the report to show. filter_options: alpha, effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch,
+    batch, correlation_length, discrepancy (see `PosteriorFilter`).
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):
@@ -118,12 +120,12 @@ def resume(
     calibration.check()
     with closing(Log(folder)) as log:
         if changes:
-            refuse_another_past(store, calibration)
+            kept = refuse_another_past(store, calibration)
             said = ", ".join(f"{name} = {json.dumps(value)}" for name, value in changes.items())
             if not edited:
                 # First: a copy that is missing is written again, and one that is older than the store would be taken for edited.
                 _discard_source(folder / CALIBRATION_FILE)
-            store.go_on(calibration.stop, f"Continued with {said}, instead of what stands below.")
+            store.go_on(calibration.stop, f"Continued with {said}, instead of what stands below.", kept)
             calibration = replace(calibration, source=store.meta("source"))
             log.write(f"Goes on with {said}.")
         return _run(calibration, store, log, listeners)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from graincal.campaign.log import is_running
+from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Candidate, Result
 from graincal.campaign.store import Store
 from graincal.data import ParameterSpace
@@ -25,7 +26,10 @@ def status(folder: str | Path) -> dict[str, Any]:
     iteration: {index, samples, evaluated, failed} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
+    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k} (`Learnt`), and
+    effective_sample_size is a number of evaluations.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
+    answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} once a campaign of the method "posterior" has run the maximum again.
     stopped_by, stopped_because: the criterion and a sentence.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
     """
@@ -47,9 +51,10 @@ def status(folder: str | Path) -> dict[str, Any]:
         "evaluations": counts["evaluated"],
         "failures": counts["failed"],
         "iteration": _under_way(store),
-        "iterations": [_figures(iteration, best) for iteration, best in zip(result.iterations, result.best_errors)] if result else [],
+        "iterations": _iterations(result) if result else [],
         "best": _candidate(result.best, result.space) if result else None,
         "most_probable": _candidate(result.most_probable, result.space) if result else None,
+        "answer": _answer(result) if result else None,
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
         "seconds": sum(seconds),
@@ -60,6 +65,20 @@ def status(folder: str | Path) -> dict[str, Any]:
 def _under_way(store: Store) -> dict[str, int] | None:
     index = store.last_iteration()
     return None if index is None else {"index": index} | store.counts(index)
+
+
+def _iterations(result: Result) -> list[dict[str, Any]]:
+    figures = [_figures(iteration, best) for iteration, best in zip(result.iterations, result.best_errors)]
+    return [each | learnt.plain() for each, learnt in zip(figures, result.learnt)] if result.learnt else figures
+
+
+def _answer(result: Result) -> dict[str, Any] | None:
+    # Of runs that are there: before, only the emulator knows of an answer, and it takes its time.
+    if not (result.has_posterior and runs_at_answer(result.iterations[-1].samples)):
+        return None
+    answer = result.answer
+    theta = dict(zip(result.space.names, answer.theta.tolist()))
+    return {"theta": theta, "errors": [_number(error) for error in answer.errors], "mean": _number(answer.mean), "spread": _number(answer.spread)}
 
 
 def _figures(iteration: Iteration, best: float) -> dict[str, Any]:

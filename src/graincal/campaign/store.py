@@ -9,7 +9,6 @@ import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import asdict
 from datetime import datetime, timezone
 from functools import cached_property
 from pathlib import Path
@@ -19,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.description import describe, restore
+from graincal.campaign.calibration import POSTERIOR, Calibration
+from graincal.campaign.description import describe, describe_stop, restore
+from graincal.campaign.learnt import Learnt
 from graincal.campaign.provenance import provenance
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
@@ -46,6 +46,7 @@ CREATE TABLE iteration (
     id INTEGER PRIMARY KEY, s REAL, effective_sample_size REAL, gl_error REAL, unweighted TEXT NOT NULL,
     weights BLOB NOT NULL, errors BLOB NOT NULL, observable_errors BLOB NOT NULL
 );
+CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
 """
 
 
@@ -128,11 +129,8 @@ class Store:
         """Keep the samples of an iteration, to be evaluated in each experiment. Raises InputError if it holds others under their ids."""
         kept = self.samples(iteration)
         if len(kept):
-            if not np.array_equal(kept.ids, samples.ids) or not np.allclose(kept.theta, samples.theta, rtol=1e-9, atol=1e-12):
-                raise InputError(
-                    f"{self.folder}: iteration {iteration} comes out with other samples than are stored, so this campaign can only go on with what "
-                    "it was begun with: " + ", ".join(f"{name} {value}" for name, value in self.provenance.items()) + "."
-                )
+            if not same(kept, samples):
+                raise self.other_samples(iteration)
             return
         ids = [int(id) for id in samples.ids]
         with self._transaction() as db:
@@ -141,6 +139,13 @@ class Store:
                 "INSERT INTO evaluation (sample, experiment, state, attempts) VALUES (?, ?, 'waiting', 0)",
                 [(id, experiment) for id in ids for experiment in range(experiments)],
             )
+
+    def other_samples(self, iteration: int) -> InputError:
+        """What to say where an iteration comes out with other samples than are stored."""
+        return InputError(
+            f"{self.folder}: iteration {iteration} comes out with other samples than are stored, so this campaign can only go on with what "
+            "it was begun with: " + ", ".join(f"{name} {value}" for name, value in self.provenance.items()) + "."
+        )
 
     def samples(self, iteration: int) -> Samples:
         """The samples of an iteration; none if it has not begun."""
@@ -209,31 +214,46 @@ class Store:
 
     # Iterations and the end
 
-    def complete(self, iteration: Iteration) -> None:
-        """Keep what an iteration found, unless it is kept already."""
+    def complete(self, iteration: Iteration, learnt: Learnt | None = None) -> None:
+        """Keep what an iteration found, and what was learnt of the posterior by it, unless it is kept already."""
         numbers = [float(value) for value in (iteration.s, iteration.effective_sample_size, iteration.gl_error)]
         arrays = [pack_array(array) for array in (iteration.weights, iteration.errors, iteration.observable_errors)]
         with self._transaction() as db:
             # SQLite keeps NaN as NULL.
             db.execute("INSERT OR IGNORE INTO iteration VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (iteration.index, *numbers, iteration.unweighted, *arrays))
+            if learnt:
+                db.execute("INSERT OR IGNORE INTO learnt VALUES (?, ?)", (iteration.index, json.dumps(learnt.plain())))
 
     def iterations(self) -> tuple[Iteration, ...]:
         """The iterations that are complete; their proposals are not kept."""
         return tuple(self._iteration(*row) for row in self._rows("SELECT * FROM iteration ORDER BY id"))
+
+    def learnt(self) -> tuple[Learnt, ...]:
+        """What was learnt of the posterior by each of the iterations that are complete; nothing by methods without one."""
+        if self.description["method"] != POSTERIOR:
+            # Campaigns of before there was a posterior have no table for it.
+            return ()
+        return tuple(Learnt.restore(json.loads(figures)) for (figures,) in self._rows("SELECT figures FROM learnt ORDER BY iteration"))
 
     def stop(self, by: str, because: str) -> None:
         """Keep why the calibration is at its end."""
         with self._transaction() as db:
             db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", [("stopped_by", by), ("stopped_because", because)])
 
-    def go_on(self, stop: Stop, remark: str) -> None:
-        """Keep other criteria of stopping, and that the campaign is not at its end. A remark says so at the head of the calibration file's text."""
-        meta = {"description": _as_json(self.description | {"stop": asdict(stop)})}
+    def go_on(self, stop: Stop, remark: str, iterations: int) -> None:
+        """Keep other criteria of stopping, and that the campaign is not at its end, with its first so many iterations.
+
+        A remark says so at the head of the calibration file's text.
+        """
+        meta = {"description": _as_json(self.description | {"stop": describe_stop(self.description["method"], stop)})}
         if source := self.meta("source"):
             meta["source"] = f"# {remark}\n{source}"
         with self._transaction() as db:
             db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta.items())
             db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
+            db.execute("DELETE FROM evaluation WHERE sample IN (SELECT id FROM sample WHERE iteration >= ?)", (iterations,))
+            for table, column in {"sample": "iteration", "iteration": "id", **({"learnt": "iteration"} if self.description["method"] == POSTERIOR else {})}.items():
+                db.execute(f"DELETE FROM {table} WHERE {column} >= ?", (iterations,))
         for known in ("description", "calibration"):
             self.__dict__.pop(known, None)
 
@@ -270,6 +290,11 @@ class Store:
     @property
     def _path(self) -> Path | str:
         return self.folder / NAME if self.folder else "the store in memory"
+
+
+def same(one: Samples, other: Samples) -> bool:
+    """Whether they are the same, to within what a table of numbers loses."""
+    return np.array_equal(one.ids, other.ids) and np.allclose(one.theta, other.theta, rtol=1e-9, atol=1e-12)
 
 
 def holds_campaign(folder: Path) -> bool:

@@ -32,4 +32,4 @@ def calibrate(
         calibration = replace(calibration, workers=number_of_workers(workers))
     if seed is not None:
         calibration = replace(calibration, seed=seed, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")
-    run_and_report(output, calibration.stop, lambda listeners: begin(calibration, output, listeners), quiet=quiet)
+    run_and_report(output, calibration, lambda listeners: begin(calibration, output, listeners), quiet=quiet)

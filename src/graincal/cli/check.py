@@ -22,7 +22,7 @@ def check(
     from graincal.campaign.doubts import doubts
     from graincal.cli.outputs import check_figure
     from graincal.cli.running import read
-    from graincal.inference import sample_size_advice
+    from graincal.inference import IterativeBayesianFilter, sample_size_advice
 
     if plot is not None:
         check_figure(plot, [file])
@@ -31,10 +31,11 @@ def check(
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):
         typer.echo(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
     for experiment in calibration.experiments:
-        typer.echo("\n".join(_describe(experiment)))
+        typer.echo("\n".join(_describe(experiment, calibration.method)))
     for doubt in doubts(calibration):
         typer.echo(f"Note: {doubt}")
-    if advice := sample_size_advice(space, calibration.new_filter().alpha):
+    filter = calibration.new_filter()
+    if isinstance(filter, IterativeBayesianFilter) and (advice := sample_size_advice(space, filter.alpha)):
         typer.echo(advice)
     if plot is not None:
         from graincal.cli.figures import draw_references
@@ -44,7 +45,9 @@ def check(
     typer.echo("\n".join(_expectation(calibration)))
 
 
-def _describe(experiment: Experiment) -> list[str]:
+def _describe(experiment: Experiment, method: str) -> list[str]:
+    from graincal.campaign.calibration import POSTERIOR
+    from graincal.campaign.errors import describe_errors
     from graincal.cli.text import resample, sparkline
     from graincal.models import StressPathTest
     from graincal.models.stress_path import PRECISIONS
@@ -54,7 +57,8 @@ def _describe(experiment: Experiment) -> list[str]:
     if isinstance(model, StressPathTest):
         packing = model.packing
         at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
-        lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}")
+        several = f", the first of {len(model.packings)} packings" if len(model.packings) > 1 else ""
+        lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}{several}")
         lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
         lines += [] if model.precision == PRECISIONS[0] else [f"  precision: {model.precision}"]
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
@@ -64,6 +68,8 @@ def _describe(experiment: Experiment) -> list[str]:
     for name, values in reference.observables.items():
         curve = sparkline(resample(reference.control, values))
         lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
+    if method == POSTERIOR:
+        lines += [f"    {sentence}" for sentence in describe_errors(reference)]
     return lines + [f"  {note}" for note in reference.notes]
 
 
@@ -71,8 +77,10 @@ def _expectation(calibration: Calibration) -> list[str]:
     from graincal.campaign.expectation import expect
     from graincal.cli.text import duration
     from graincal.execution import available_cores
+    from graincal.inference import PosteriorFilter
 
-    samples, workers = calibration.new_filter().samples_per_iteration, calibration.number_of_workers
+    filter, workers = calibration.new_filter(), calibration.number_of_workers
+    samples = len(filter.ask())
     # More workers than cores share them.
     at_once = min(workers, available_cores())
     lines, seconds = [], 0.0
@@ -81,7 +89,12 @@ def _expectation(calibration: Calibration) -> list[str]:
             return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
         lines.append(f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest')
         seconds += max(expected.seconds / at_once, expected.longest)
+    shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
+    with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
+    if isinstance(filter, PosteriorFilter):
+        most = filter.most_evaluations
+        limit = f", at most {most} evaluations, {duration(seconds * max(1.0, most / samples))} {with_workers}" if most else f" {with_workers}"
+        return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {filter.batch} in each batch until the posterior has settled{limit}."]
     iterations = calibration.stop.max_iterations
     most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
-    shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
-    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} with {workers} worker{'s' * (workers > 1)}{shared}{most}."]
+    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 from rich.console import Console, Group
@@ -12,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from graincal.campaign import Listener
+from graincal.campaign.learnt import Learnt
 from graincal.cli.text import duration, sparkline
 from graincal.data import Failure, Response
 from graincal.inference import Iteration, Stop
@@ -23,10 +25,13 @@ PAUSE = 5.0
 class Progress(Listener):
     """Counts what the campaign does, and shows it."""
 
-    def __init__(self, stop: Stop, console: Console) -> None:
+    def __init__(self, stop: Stop, console: Console, of: str = "iteration") -> None:
+        """of: what the method calls the samples of one round."""
         self._console = console
+        self._of = of
         self._limit = f" (of at most {stop.max_iterations})" if stop.max_iterations else ""
         self._iterations: list[Iteration] = []
+        self._learnt: list[Learnt | None] = []
         self._heading = ""
         self._done = self._total = self._failed = 0
         self._began = self._said = time.monotonic()
@@ -45,7 +50,7 @@ class Progress(Listener):
         self._console.print(text)
 
     def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
-        self._heading = f"iteration {iteration}{self._limit}, {experiment}"
+        self._heading = f"{self._of} {iteration}{self._limit}, {experiment}"
         self._done, self._total, self._failed, self._began = 0, waiting, 0, time.monotonic()
         self._line(f"{self._heading}: {waiting} of {samples} samples to evaluate")
 
@@ -55,10 +60,11 @@ class Progress(Listener):
         if time.monotonic() - self._said > PAUSE:
             self._line(f"{self._heading}: {self._counts()}")
 
-    def iteration_ends(self, iteration: Iteration, replayed: bool) -> None:
+    def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
         self._iterations.append(iteration)
+        self._learnt.append(learnt)
         self._heading = ""
-        self._line("; ".join(f"{name} {value}" for name, value in zip(_COLUMNS, self._row(iteration))))
+        self._line("; ".join(f"{name} {value}" for name, value in zip(self._columns(), self._row(iteration))))
 
     def _line(self, text: str) -> None:
         self._said = time.monotonic()
@@ -70,19 +76,29 @@ class Progress(Listener):
         left = f", {duration(elapsed / self._done * (self._total - self._done))} left" if self._done else ""
         return f"{self._done} of {self._total} evaluated, {self._failed} failed{left}"
 
+    def _columns(self) -> tuple[str, ...]:
+        """What the figures of an iteration are."""
+        return _COLUMNS if self._learnt[-1] is None else _COLUMNS_OF_POSTERIOR
+
     def _row(self, iteration: Iteration) -> list[str]:
-        """The figures of an iteration in the order of _COLUMNS."""
+        """The figures of an iteration in the order of the columns."""
         best = np.fmin.reduce([each.smallest_error for each in self._iterations[: iteration.index + 1]])
+        learnt = self._learnt[iteration.index]
         figures = [iteration.s, iteration.effective_sample_size, iteration.gl_error, iteration.error, best]
-        shown = [format(value, spec) if np.isfinite(value) else "-" for value, spec in zip(figures, (".3g", ".2f", ".2f", ".2f", ".2f"))]
+        if learnt:
+            figures = [learnt.posterior_shift, 100 * learnt.held_out_error, best]
+        formats = (".2f", ".2g", ".2f") if learnt else (".3g", ".2f", ".2f", ".2f", ".2f")
+        shown = [format(value, spec) if np.isfinite(value) else "-" for value, spec in zip(figures, formats)]
         return [str(iteration.index), f"{len(iteration.samples)}", f"{iteration.failed.sum()}", *shown]
 
     def _picture(self) -> Group:
-        table = Table(*_COLUMNS, box=None, header_style="bold", padding=(0, 2, 0, 0))
-        for iteration in self._iterations:
-            table.add_row(*self._row(iteration))
-        parts = [table] if self._iterations else []
-        if len(self._iterations) > 1:
+        parts: list[Any] = []
+        if self._iterations:
+            table = Table(*self._columns(), box=None, header_style="bold", padding=(0, 2, 0, 0))
+            for iteration in self._iterations:
+                table.add_row(*self._row(iteration))
+            parts = [table]
+        if len(self._iterations) > 1 and self._learnt[-1] is None:
             parts.append(Text(f"ε by iteration  {sparkline([iteration.error for iteration in self._iterations], low=0.0)}"))
         if self._heading:
             parts += [Text(f"{self._heading}: {self._counts()}"), ProgressBar(total=self._total, completed=self._done, width=60)]
@@ -90,3 +106,4 @@ class Progress(Listener):
 
 
 _COLUMNS = ("iteration", "evaluated", "failed", "s", "ESS", "ε_GL %", "ε %", "best ε so far %")
+_COLUMNS_OF_POSTERIOR = ("batch", "evaluated", "failed", "posterior shift", "held-out error of the emulator %", "best ε so far %")

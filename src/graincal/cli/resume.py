@@ -20,6 +20,7 @@ def resume(
     gl_error_increment: Annotated[str | None, Criterion] = None,
     error: Annotated[str | None, Criterion] = None,
     error_increment: Annotated[str | None, Criterion] = None,
+    posterior_shift: Annotated[str | None, Criterion] = None,
     workers: Workers = None,
     quiet: Quiet = False,
 ) -> None:
@@ -34,11 +35,11 @@ def resume(
     from graincal.cli.running import run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
-    given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment}
+    given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift}
     criteria = {name: _limit(name, text) for name, text in given.items() if text is not None}
-    stop = with_criteria(Store.open(folder).calibration, criteria).stop
+    calibration = with_criteria(Store.open(folder).calibration, criteria)
     chosen = None if workers is None else number_of_workers(workers)
-    run_and_report(folder, stop, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, **criteria), quiet=quiet)
+    run_and_report(folder, calibration, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, **criteria), quiet=quiet)
 
 
 def _limit(name: str, text: str) -> float | bool:

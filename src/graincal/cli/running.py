@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.table import Table
 
 from graincal.campaign import Calibration, Listener, Result
+from graincal.campaign.calibration import POSTERIOR
 from graincal.campaign.config import read_calibration
 from graincal.campaign.running import REPORT
 from graincal.campaign.store import holds_campaign
 from graincal.cli.progress import Progress
 from graincal.data import InputError
-from graincal.inference import Stop
 
 
 def read(file: Path, *, quiet: bool = False) -> Calibration:
@@ -26,11 +26,11 @@ def read(file: Path, *, quiet: bool = False) -> Calibration:
         return read_calibration(file)
 
 
-def run(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
+def run(folder: Path, calibration: Calibration, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
     """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
     console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
-        with Progress(stop, console) as progress:
+        with Progress(calibration.stop, console, "batch" if calibration.method == POSTERIOR else "iteration") as progress:
             result = start([progress])
     except KeyboardInterrupt:
         if holds_campaign(folder):
@@ -42,16 +42,16 @@ def run(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result],
     return result
 
 
-def run_and_report(folder: Path, stop: Stop, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
+def run_and_report(folder: Path, calibration: Calibration, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
     """Run a campaign and write its report into its folder."""
-    path = run(folder, stop, start, quiet=quiet).report(folder / REPORT)
+    path = run(folder, calibration, start, quiet=quiet).report(folder / REPORT)
     if not quiet:
         typer.echo(f"Report: {path}")
 
 
 def show(result: Result, folder: Path, console: Console) -> None:
     """The result in words and a table of the parameters."""
-    from graincal.report import numbers
+    from graincal.report import numbers, summarise
     from graincal.report.close_fits import MARGIN, close_fits
     from graincal.report.markup import to_plain
 
@@ -59,7 +59,9 @@ def show(result: Result, folder: Path, console: Console) -> None:
     console.print(f"{result.evaluations} evaluations, {result.failures} failed.")
     for kind, reason, count in result.failure_kinds():
         console.print(f"  {count} × {kind}: {reason}", soft_wrap=True)
-    if result.posterior:
+    if result.has_posterior:
+        console.print(summarise(result), soft_wrap=True)
+    elif result.posterior:
         close = close_fits(result.iterations)
         mean, spread = result.posterior.mean(), result.posterior.std()
         columns: dict[str, list[str]] = {"parameter": [f"{name} [{unit}]" if unit else name for name, unit in zip(result.space.names, result.space.units)]}
@@ -81,5 +83,6 @@ def show(result: Result, folder: Path, console: Console) -> None:
         console.print(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
         console.print("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True)
         console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
-    console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
+    if result.grade:
+        console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
     console.print(f"Stored in {folder}.", soft_wrap=True)

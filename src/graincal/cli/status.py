@@ -30,11 +30,17 @@ def _lines(status: dict[str, Any]) -> list[str]:
         lines.append(f"iteration {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{left}")
     if status["iterations"]:
         last = status["iterations"][-1]
-        figures = [(name, last[key]) for name, key in (("s", "s"), ("ESS", "effective_sample_size"), ("ε_GL", "gl_error"), ("ε", "error"))]
+        of_paper = {"s": "s", "ESS": "effective_sample_size", "ε_GL": "gl_error", "ε": "error"}
+        of_posterior = {"posterior shift": "posterior_shift", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
+        figures = [(name, last[key]) for name, key in (of_posterior if "posterior_shift" in last else of_paper).items()]
         lines.append(f"after iteration {last['index']}: " + ", ".join(f"{name} {'-' if value is None else format(value, '.3g')}" for name, value in figures))
         errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]
-        lines.append(f"ε by iteration  {sparkline(errors, low=0.0)}")
-    for word in ("best", "most_probable"):
+        lines += [] if "posterior_shift" in last else [f"ε by iteration  {sparkline(errors, low=0.0)}"]
+    if answer := status["answer"]:
+        theta = ", ".join(f"{name} {value:.4g}" for name, value in answer["theta"].items())
+        spread = "" if answer["spread"] is None else f" ± {answer['spread']:.2f}"
+        lines.append(f"answer: {theta}" + ("" if answer["mean"] is None else f"; its runs have ε {answer['mean']:.2f}{spread} %"))
+    for word in ("best", "most_probable") if status["method"] != "posterior" else ("best",):
         if candidate := status[word]:
             theta = ", ".join(f"{name} {value:.4g}" for name, value in candidate["theta"].items())
             lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {theta}")

@@ -29,7 +29,7 @@ class Run:
 
 
 def run_batch(
-    packing: Packing,
+    packing: Packing | Sequence[Packing],
     laws: Sequence[_native.LinearLaw] | Sequence[_native.HertzLaw],
     stages: Sequence[_native.Stage],
     *,
@@ -40,17 +40,36 @@ def run_batch(
     precision: str = "float64",
     economy: _native.Economy = _native.Economy(),
 ) -> Iterator[Run]:
-    """Simulate the packing under each law along the stages and yield the runs in order of completion.
+    """Simulate a packing under each law along the stages and yield the runs in order of completion. packing: one, or one for each law.
 
     The longest expected run starts first. Closing the iterator, or an exception in its consumer, stops the simulations under way.
     """
-    order = sorted(range(len(laws)), key=lambda index: -expected_steps[index])
-    held = _native.Packing(packing.positions, packing.radii, packing.edges)
-    batch = _native.Batch(held, list(laws), density, list(stages), order, max(1, min(threads, len(laws))), step_limit, precision=precision, economy=economy)
+    packings = [packing] * len(laws) if isinstance(packing, Packing) else packing
+    rows_of: dict[int, list[int]] = {}
+    for row, each in enumerate(packings):
+        rows_of.setdefault(id(each), []).append(row)
+    batches = []
+    for rows in rows_of.values():
+        # Each packing has a queue of its own, and its share of the threads.
+        of = packings[rows[0]]
+        held = _native.Packing(of.positions, of.radii, of.edges)
+        order = sorted(range(len(rows)), key=lambda index: -expected_steps[rows[index]])
+        share = max(1, min(round(threads * len(rows) / len(laws)), len(rows)))
+        batch = _native.Batch(held, [laws[row] for row in rows], density, list(stages), order, share, step_limit, precision=precision, economy=economy)
+        batches.append((batch, rows))
+    left = {number: len(rows) for number, (_, rows) in enumerate(batches)}
     try:
-        for _ in order:
-            while (outcome := batch.next(_PATIENCE)) is None:
-                pass
-            yield Run(outcome["task"], outcome["status"], outcome["columns"], outcome["consolidation_flagged"], outcome["steps"], outcome["seconds"])
+        while left:
+            for number in list(left):
+                batch, rows = batches[number]
+                outcome = batch.next(_PATIENCE / len(left))
+                if outcome is None:
+                    continue
+                left[number] -= 1
+                if not left[number]:
+                    del left[number]
+                row = rows[outcome["task"]]
+                yield Run(row, outcome["status"], outcome["columns"], outcome["consolidation_flagged"], outcome["steps"], outcome["seconds"])
     finally:
-        batch.cancel()
+        for batch, _ in batches:
+            batch.cancel()

@@ -11,6 +11,7 @@ from graincal.inference.stop import Stop
 METHODS = {
     "iterative-bayesian": IterativeBayesianFilter,
     "sequential-monte-carlo": SequentialMonteCarloFilter,
+    "posterior": PosteriorFilter,
 }
 """The filters by the names that a calibration file knows them by."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,17 +72,21 @@ class IterativeBayesianFilter:
         return self._batch.untold()
 
     def tell(
-        self, samples: Samples, responses: NDArray[np.float64] | Sequence[NDArray[np.float64]], failed: ArrayLike | None = None
+        self,
+        samples: Samples,
+        responses: NDArray[np.float64] | Sequence[NDArray[np.float64]],
+        failed: ArrayLike | None = None,
+        infeasible: ArrayLike | None = None,
     ) -> None:
         """Say what the model returned for some of the samples asked, in any order; the last one told completes the iteration.
 
         `responses` is x (N, T, J) at the reference's own control values, in the order of its observables; with several experiments, a sequence of
         such arrays. `failed` (N,) marks evaluations without a usable response; their rows are not looked at. A row with a value that is not
-        finite, in any experiment, counts as failed too.
+        finite, in any experiment, counts as failed too; so does one that `infeasible` (N,) marks: any failure has weight zero here.
         Raises InputError, and stores nothing, for samples that were not asked or already told, for other parameters under the id of one that
         was asked, and for arrays of another shape.
         """
-        self._batch.tell(samples, responses, failed)
+        self._batch.tell(samples, responses, failed, infeasible)
         if not self.finished and self._batch.told.all():
             self._complete_iteration()
 
@@ -163,6 +167,8 @@ class IterativeBayesianFilter:
         return Batch(Samples(ids, theta, self.space.names), self.references, self.space)
 
     def _check(self) -> None:
+        if all(getattr(self.stop, field.name) is False for field in fields(Stop) if field.name != "posterior_shift"):
+            raise InputError("stop: every criterion is switched off, so that nothing would end the calibration.")
         if not self.references:
             raise InputError("filter: at least one reference is needed.")
         for reference in self.references:

@@ -104,6 +104,13 @@ class PosteriorFilter:
                 self._complete_batch()
 
     @property
+    def most_evaluations(self) -> int | None:
+        """The limit on evaluations; None for no limit."""
+        if self.stop.max_evaluations is False:
+            return 20 * self.space.size if self.emulator else None
+        return self.stop.max_evaluations
+
+    @property
     def finished(self) -> bool:
         """Whether there is nothing more to ask."""
         return self._finished
@@ -227,8 +234,8 @@ class PosteriorFilter:
             met["posterior_shift"] = f"the last two batches moved the posterior by at most {shift:.2f} standard deviations, and {stop.posterior_shift:g} is enough"
         if stop.max_iterations is not False and len(self._iterations) >= stop.max_iterations:
             met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
-        most = 20 * self.space.size if stop.max_evaluations is False and self.emulator else stop.max_evaluations
-        if most is not False and count + self.batch + (REPLICATES if self.emulator else 0) > most:
+        most = self.most_evaluations
+        if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
             met["max_evaluations"] = f"{count} evaluations are done, and another batch would exceed the limit of {most}"
         if met and not self._evaluations.usable.any():
             return {"failures": f"all {count} evaluations failed"}

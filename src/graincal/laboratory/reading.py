@@ -9,7 +9,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError, Reference
+from graincal.data import InputError, MeasurementError, Reference
 from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
 from graincal.laboratory.columns import Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
 from graincal.laboratory.quantities import DIMENSIONS, LARGEST_STRESS_RATIO, OBSERVABLES, SIGNED, STRAINS, STRESS_MEASURES, did_you_mean_observable
@@ -28,7 +28,9 @@ def read_reference(
     compression: str | Mapping[str, str] = "positive",
     unloading: str | None = None,
     confining_pressure: float | None = None,
-    measurement_errors: Mapping[str, float] | None = None,
+    measurement_errors: Mapping[str, MeasurementError | float] | None = None,
+    control_step: float | None = None,
+    simulated: bool = False,
 ) -> Reference:
     """Read a laboratory file: delimited text with a header, in the order of the test.
 
@@ -51,7 +53,9 @@ def read_reference(
     confining_pressure
         Pa; the constant lateral stress. Used only to make a stress ratio of q or σ1.
     measurement_errors
-        Observable -> standard deviation, in the reference's own units: fractions, σ1/σ3, Pa.
+        Observable -> `MeasurementError`, or its standard deviation, in the reference's own units: fractions, σ1/σ3, Pa.
+    control_step, simulated
+        The step to which the control was read, in its own unit; whether the file is a simulation's.
 
     Rows with an empty cell in a column that is read are dropped, and so are rows where the control stands still (the first of them
     is kept); the reference's `notes` say how many and which, and what was converted. Raises InputError for everything else.
@@ -60,7 +64,9 @@ def read_reference(
     shares = _observables(table.path, control, observables)
     wanted = (control, *shares)
     _refuse_not_positive(table.path, "confining_pressure", {"": confining_pressure})
-    _refuse_not_positive(table.path, "measurement_errors", measurement_errors or {})
+    plain_errors = {name: error for name, error in (measurement_errors or {}).items() if not isinstance(error, MeasurementError)}
+    _refuse_not_positive(table.path, "measurement_errors", plain_errors)
+    _refuse_not_positive(table.path, "control_step", {"": control_step})
     if unknown := set(measurement_errors or {}) - set(shares):
         raise InputError(f"{table.path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(shares)} was expected.")
 
@@ -87,6 +93,8 @@ def read_reference(
         None if None in shares.values() else shares,
         measurement_errors,
         control_name=control,
+        control_step=control_step or 0.0,
+        simulated=simulated,
         notes=(*_gaps(table, printed, complete), *dropped, *_conversions(sources, conventions, confining_pressure), *_open_measures(plain, conventions)),
     )
 

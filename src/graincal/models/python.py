@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
 from pathlib import Path
@@ -33,7 +33,7 @@ class PythonModel:
     timeout: the seconds that one evaluation may take. Only a process can be ended from outside, so it goes with a function given by its name and no
     executor. What the function started in its process ends with it.
 
-    An exception in the function, values that are not finite numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
+    The function may return a `Failure` itself: of the kind "infeasible" where the parameters are impossible. An exception in it, values that are not finite numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
     """
 
     function: Function | str
@@ -103,6 +103,8 @@ class _Evaluation:
         except (Exception, SystemExit) as error:
             return Failure("error", f"{describe_exception(error)}.", {"seconds": time.perf_counter() - start})
         details = {"seconds": time.perf_counter() - start}
+        if isinstance(returned, Failure):
+            return replace(returned, details={**details, **returned.details})
         try:
             return Response(self.control, self._columns(returned), details)
         except _Unusable as reason:

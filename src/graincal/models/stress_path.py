@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
@@ -74,6 +74,9 @@ class Panel(NamedTuple):
 class StressPathTest(Economy, ABC):
     """A test of a packing along a stress path.
 
+    packing: one, or several that are samples of the same material: a sample's id modulo their number says which it runs on, so that the
+    scatter between packings is part of what the runs scatter by. `packing` is then the first, from which the density scaling follows where an inertial
+    number is given, and `packings` are all of them.
     confining_pressure: Pa, of the isotropic consolidation that the path begins with. density_scaling: factor on the grains' density (the paper's 1e3).
     inertial_number: of axial loading at the confining pressure, instead of the density scaling, which then follows from it.
     fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
@@ -95,7 +98,7 @@ class StressPathTest(Economy, ABC):
     optional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be None."""
 
-    packing: Packing
+    packing: Packing | Sequence[Packing]
     confining_pressure: float
     density_scaling: float = 1e3
     fixed: Mapping[str, float] = field(default_factory=dict)
@@ -105,12 +108,14 @@ class StressPathTest(Economy, ABC):
     law: str = "linear"
     precision: str = PRECISIONS[0]
     inertial_number: float | None = field(default=None, kw_only=True)
+    packings: Sequence[Packing] = field(default=(), kw_only=True)
 
     @abstractmethod
     def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
         """The stages of the path, one of them recorded for each control value (T,)."""
 
     def __post_init__(self) -> None:
+        self._hold_packings()
         object.__setattr__(self, "control", self.control or self.controls[0])
         if self.control not in self.controls:
             raise InputError(f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}{did_you_mean(self.control, self.controls)}.")
@@ -135,6 +140,20 @@ class StressPathTest(Economy, ABC):
             if not isinstance(value, Real) or _outside(name, value, self.law):
                 raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}{_meant(name, value)}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
+
+    def _hold_packings(self) -> None:
+        given = (self.packing,) if isinstance(self.packing, Packing) else tuple(self.packing)
+        if not given or not all(isinstance(each, Packing) for each in given):
+            raise InputError(f"{self.name_with_article} needs a packing, or a list of them.")
+        packings = tuple(self.packings) or given
+        # A copy with another packing has that one.
+        object.__setattr__(self, "packings", packings if packings[: len(given)] == given else given)
+        object.__setattr__(self, "packing", given[0])
+
+    @property
+    def alone(self) -> tuple[StressPathTest, ...]:
+        """The test on each of its packings by itself."""
+        return tuple(replace(self, packing=packing, packings=()) for packing in self.packings) if len(self.packings) > 1 else (self,)
 
     def _choose_density_scaling(self) -> None:
         inertial = self.inertial_number
@@ -183,9 +202,9 @@ class StressPathTest(Economy, ABC):
         """
         at = self.checked(at)
         theta = self.arrange(samples)
-        return self._evaluate(theta, at, workers or available_cores())
+        return self._evaluate(theta, samples.ids % len(self.packings), at, workers or available_cores())
 
-    def _evaluate(self, theta: NDArray[np.float64], at: NDArray[np.float64], threads: int) -> Iterator[tuple[int, Response | Failure]]:
+    def _evaluate(self, theta: NDArray[np.float64], which: NDArray[np.int64], at: NDArray[np.float64], threads: int) -> Iterator[tuple[int, Response | Failure]]:
         possible = []
         for row, values in enumerate(theta):
             if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value, self.law)]:
@@ -197,7 +216,7 @@ class StressPathTest(Economy, ABC):
         if not possible:
             return
         runs = run_batch(
-            self.packing,
+            [self.packings[which[row]] for row in possible],
             [_law(self.law, theta[row]) for row in possible],
             self.stages(at),
             density=DENSITY * self.density_scaling,
@@ -207,8 +226,10 @@ class StressPathTest(Economy, ABC):
             precision=self.precision,
             economy=self.economy,
         )
+        tests = self.alone
         for run in runs:
-            yield possible[run.index], self._outcome(run, at)
+            row = possible[run.index]
+            yield row, tests[which[row]]._outcome(run, at)
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
         """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order."""

@@ -11,8 +11,19 @@ from graincal.data import Samples
 
 
 def answer_of(result: Result) -> Candidate | None:
-    """The most probable sample, or the best where there are no weights; None if all failed."""
-    return result.most_probable or result.best
+    """The most probable sample, or the best where there are no weights; None if all failed. By the posterior: the middle one of the runs at the answer."""
+    answer = result.answer
+    if answer and np.isfinite(answer.errors).any():
+        middle = np.argsort(answer.errors)[(np.isfinite(answer.errors).sum() - 1) // 2]
+        return Candidate(int(answer.samples[middle]), result.iterations[-1].index, answer.theta, float(answer.errors[middle]))
+    return result.best if result.has_posterior else result.most_probable or result.best
+
+
+def name_of_answer(result: Result) -> str:
+    """What the sample that `answer_of` gives is called."""
+    if result.has_posterior:
+        return "answer" if result.answer and np.isfinite(result.answer.errors).any() else "best sample"
+    return "most probable sample" if result.most_probable else "best sample"
 
 
 def as_samples(result: Result, candidate: Candidate) -> Samples:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from graincal.campaign import Result
 from graincal.models import StressPathTest
-from graincal.report import tables
-from graincal.report.answer import answer_of, as_samples
+from graincal.report import tables, verdict
+from graincal.report.answer import answer_of, as_samples, name_of_answer
 from graincal.report.close_fits import close_fits
 from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
 from graincal.report.drawing import Figure
+from graincal.report.emulated import Emulated
+from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs, draw_emulator
 from graincal.report.findings import find, rule
 from graincal.report.numbers import pressure
 from graincal.report.page import Page
@@ -22,14 +26,23 @@ from graincal.report.words import cautions, found
 
 def figures(result: Result, prediction: Prediction | None = None) -> list[Figure]:
     """All figures that a result has."""
-    drawn = [draw(result) for draw in (draw_responses, draw_samples, draw_convergence, draw_pairs, draw_fabric, draw_run_times)]
+    return _figures(result, prediction, Emulated.of(result))
+
+
+def _figures(result: Result, prediction: Prediction | None, emulated: Emulated | None) -> list[Figure]:
+    if emulated:
+        drawn = [draw_bands(emulated), draw_samples(result), draw_emulator(emulated), draw_emulated_pairs(emulated), draw_fabric(result), draw_run_times(result)]
+    elif result.has_posterior:
+        drawn = [draw_samples(result), draw_run_times(result)]
+    else:
+        drawn = [draw(result) for draw in (draw_responses, draw_samples, draw_convergence, draw_pairs, draw_fabric, draw_run_times)]
     return [figure for figure in (*drawn, draw_prediction(prediction)) if figure]
 
 
 def compose(result: Result, prediction: Prediction | None) -> Page:
     """The report of a result."""
-    drawn = {figure.name: figure for figure in figures(result, prediction)}
-    findings = find(result.space, result.iterations, result.truth)
+    emulated = Emulated.of(result)
+    drawn = {figure.name: figure for figure in _figures(result, prediction, emulated)}
     page = Page("Calibration report", f"{', '.join(experiment.name for experiment in result.experiments)}. {tables.origin(result)}")
 
     def figure_of(name: str, heading: str = "") -> None:
@@ -39,20 +52,10 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
             page.figure(drawn[name])
 
     page.heading("What was found")
-    page.items(found(result, findings))
-    page.paragraph(cautions(result), "note")
-    page.paragraph([rule(findings, close_fits(result.iterations))] if findings else [], "note")
-    figure_of("responses", "Reference and responses")
-    page.heading("Iterations")
-    figure_of("samples")
-    figure_of("convergence")
-    page.table(tables.of_iterations(result))
-    figure_of("posterior", "Posterior")
-    page.heading("Parameters")
-    page.table(tables.of_parameters(result, findings))
-    if groups := tables.of_groups(result):
-        page.paragraph(["Groups of parameter values among which the weight is divided:"])
-        page.table(groups)
+    if result.has_posterior:
+        _compose_posterior(page, result, emulated, figure_of)
+    else:
+        _compose_iterations(page, result, figure_of)
     figure_of("fabric", "Fabric")
     page.heading("Run times and failures")
     figure_of("run_times")
@@ -71,6 +74,47 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
     return page
 
 
+def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, figure_of: Callable[..., None]) -> None:
+    """What the method "posterior" found."""
+    page.items(verdict.found(result, emulated))
+    if emulated:
+        page.paragraph([verdict.rule()], "note")
+    figure_of("responses", "Reference and responses")
+    if emulated:
+        page.heading("Parameters")
+        page.table(tables.of_identified(emulated, verdict.verdicts(emulated)))
+        if informing := tables.of_informing(emulated):
+            page.paragraph(["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."])
+            page.table(informing)
+        if modes := tables.of_modes(emulated):
+            page.paragraph(["Modes, the separate groups of values among which the probability is divided:"])
+            page.table(modes)
+    figure_of("posterior", "Posterior")
+    page.heading("Evaluations and emulator")
+    figure_of("samples")
+    figure_of("emulator")
+    page.table(tables.of_batches(result))
+
+
+def _compose_iterations(page: Page, result: Result, figure_of: Callable[..., None]) -> None:
+    """What the paper's method found."""
+    findings = find(result.space, result.iterations, result.truth)
+    page.items(found(result, findings))
+    page.paragraph(cautions(result), "note")
+    page.paragraph([rule(findings, close_fits(result.iterations))] if findings else [], "note")
+    figure_of("responses", "Reference and responses")
+    page.heading("Iterations")
+    figure_of("samples")
+    figure_of("convergence")
+    page.table(tables.of_iterations(result))
+    figure_of("posterior", "Posterior")
+    page.heading("Parameters")
+    page.table(tables.of_parameters(result, findings))
+    if groups := tables.of_groups(result):
+        page.paragraph(["Groups of parameter values among which the weight is divided:"])
+        page.table(groups)
+
+
 def _simulate_again(page: Page, result: Result) -> None:
     """The lines that simulate the answer again in each experiment with a built-in test."""
     tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
@@ -78,9 +122,8 @@ def _simulate_again(page: Page, result: Result) -> None:
     if not tests or candidate is None:
         return
     page.heading("Simulate it again")
-    word = "most probable" if result.most_probable else "best"
     titles = " and ".join(dict.fromkeys(experiment.model.title for experiment in tests))
-    page.paragraph([f"The {word} sample in the built-in {titles}, to paste into a terminal:"])
+    page.paragraph([f"The {name_of_answer(result)} in the built-in {titles}, to paste into a terminal:"])
     for experiment in tests:
         page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference, comparison(result, experiment)))
     page.paragraph(["A second run differs from that of the calibration by the scatter of runs, and so does the error that it prints: a last digit sends grains other ways."], "note")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
@@ -16,6 +18,9 @@ from graincal.report.groups import Group, find_groups
 from graincal.report.numbers import count, percent, short
 from graincal.report.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
 from graincal.report.quantities import Quantity, parameters
+
+if TYPE_CHECKING:
+    from graincal.report.emulated import Mode
 
 _BINS = 12
 _SMALLEST, _LARGEST = 4.0, 13.0
@@ -43,7 +48,7 @@ def draw_pairs(result: Result) -> Figure | None:
     telling = telling_correlation(iteration.posterior)
     caption += f"coloured from {telling:.2f} on, up or down: less may be chance." if telling <= 1 else "none coloured: on so few samples with weight, any may be chance."
     caption += " These weights grow narrower with every iteration; which values fit about as well, the samples' figure and the table of the parameters show."
-    cells = [[_cell(float(r), telling) for r in row] for row in iteration.posterior.correlation()]
+    cells = [[cell(float(r), telling) for r in row] for row in iteration.posterior.correlation()]
     panels = tuple(
         cells[row][column] if column > row else _panel(result, iteration, axes, groups, row, column) for row in range(n) for column in range(n)
     )
@@ -51,11 +56,11 @@ def draw_pairs(result: Result) -> Figure | None:
 
 
 def _panel(result: Result, iteration: Iteration, axes: list[Axis], groups: tuple[Group, ...], row: int, column: int) -> Panel:
-    x = axes[column] if row == len(axes) - 1 else _bare(axes[column])
+    x = axes[column] if row == len(axes) - 1 else bare(axes[column])
     if column == row:
         return Panel("", x, Axis(ticks=()), _histogram(result, iteration, row, axes[row]))
-    marks = (*_scatter(result.space, iteration, axes, row, column), *_centres(groups, row, column), *_truth_of_pair(result, row, column))
-    return Panel("", x, axes[row] if column == 0 else _bare(axes[row]), marks)
+    marks = (*_scatter(result.space, iteration, axes, row, column), *centres(groups, row, column), *truth_of_pair(result, row, column))
+    return Panel("", x, axes[row] if column == 0 else bare(axes[row]), marks)
 
 
 def _axis(result: Result, iteration: Iteration, k: int, shown: Quantity) -> Axis:
@@ -64,15 +69,15 @@ def _axis(result: Result, iteration: Iteration, k: int, shown: Quantity) -> Axis
     truth = result.truth.get(result.space.names[k], values[0])
     low, high = float(min(values.min(), truth)), float(max(values.max(), truth))
     margin = 0.06 * (high - low) or 0.01 * float(result.space.high[k] - result.space.low[k])
-    return Axis(shown.axis, (low - margin, high + margin), ticks=_few_ticks(low - margin, high + margin))
+    return Axis(shown.axis, (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
 
 
-def _bare(axis: Axis) -> Axis:
+def bare(axis: Axis) -> Axis:
     """The axis inside the matrix, whose label and ticks stand at its edge."""
     return replace(axis, label="", ticks=())
 
 
-def _few_ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
+def few_ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
     """Two ticks, neither so near a cell's edge that its text would run into the next cell's."""
     edge = 0.1 * (high - low)
     inside: list[float] = []
@@ -84,26 +89,26 @@ def _few_ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
     return tuple((tick, short(tick)) for tick in (inside[0], inside[-1]))
 
 
-def _ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[Level]:
+def ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[Level]:
     """The ends of the range, where they are in sight."""
     low, high = axis.limits
     return [Level(float(end), LIMIT, upright=upright) for end in (space.low[k], space.high[k]) if low < end < high]
 
 
-def _truth(result: Result, k: int, *, upright: bool) -> list[Level]:
+def truth_of_parameter(result: Result, k: int, *, upright: bool) -> list[Level]:
     """The known value of a parameter, where there is one."""
     truth = result.truth.get(result.space.names[k])
     return [] if truth is None else [Level(truth, TRUTH, "truth", upright=upright)]
 
 
-def _truth_of_pair(result: Result, row: int, column: int) -> tuple[Level | Points, ...]:
+def truth_of_pair(result: Result, row: int, column: int) -> tuple[Level | Points, ...]:
     """Lines through the known values of a pair, and a point where both are."""
-    levels = [*_truth(result, column, upright=True), *_truth(result, row, upright=False)]
+    levels = [*truth_of_parameter(result, column, upright=True), *truth_of_parameter(result, row, upright=False)]
     point = [Points(np.array([levels[0].at]), np.array([levels[1].at]), TRUTH)] if len(levels) == 2 else []
     return (*levels, *point)
 
 
-def _centres(groups: tuple[Group, ...], row: int, column: int) -> tuple[Points, ...]:
+def centres(groups: Sequence[Group | Mode], row: int, column: int) -> tuple[Points, ...]:
     """Where the separate groups have their centres, if there are several."""
     if not groups:
         return ()
@@ -113,7 +118,7 @@ def _centres(groups: tuple[Group, ...], row: int, column: int) -> tuple[Points, 
 
 def _histogram(result: Result, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
     heights, edges = np.histogram(iteration.samples.theta[:, k], bins=_BINS, range=axis.limits, weights=iteration.final_weights)
-    return (Bars(edges, heights, _WEIGHTED), *_ends(result.space, k, axis, upright=True), *_truth(result, k, upright=True))
+    return (Bars(edges, heights, _WEIGHTED), *ends(result.space, k, axis, upright=True), *truth_of_parameter(result, k, upright=True))
 
 
 def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> tuple[Level | Points, ...]:
@@ -126,8 +131,8 @@ def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row:
     colours, sizes = colours_of(0.08 + 0.92 * relative), _SMALLEST + (_LARGEST - _SMALLEST) * np.sqrt(relative)
     failed = iteration.failed
     return (
-        *_ends(space, column, axes[column], upright=True),
-        *_ends(space, row, axes[row], upright=False),
+        *ends(space, column, axes[column], upright=True),
+        *ends(space, row, axes[row], upright=False),
         *_samples_of_key(),
         Points(x[order], y[order], _WEIGHTED, colours=tuple(colours), sizes=tuple(sizes), notes=notes),
         *([Points(x[failed], y[failed], FAILED, "failed")] if failed.any() else []),
@@ -145,5 +150,6 @@ def _samples_of_key() -> tuple[Points, ...]:
     )
 
 
-def _cell(r: float, telling: float) -> Panel:
+def cell(r: float, telling: float) -> Panel:
+    """A correlation, coloured from `telling` on, up or down."""
     return Panel(cell=(signed(r) if np.isfinite(r) else "–", sign_colour(r) if abs(r) >= telling else "#ffffff"))

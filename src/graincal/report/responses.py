@@ -36,7 +36,7 @@ def draw_responses(result: Result) -> Figure | None:
 
 
 def draw_fabric(result: Result) -> Figure | None:
-    """Coordination number and anisotropies of the best response, where the model returns them."""
+    """Coordination number and anisotropies of the answer's or else of the best response, where the model returns them."""
     panels = [panel for experiment in result.experiments if result.best for panel in _fabric_panels(result, experiment)]
     if not panels:
         return None
@@ -44,7 +44,8 @@ def draw_fabric(result: Result) -> Figure | None:
         "Z is the mean number of contacts of a particle; a_{c}, a_{n} and a_{t} are the anisotropies of the contacts' directions, of their normal "
         "forces and of their tangential forces. At the start a_{c} may be slightly negative: it is near 0 then, and a few hundred contacts scatter about it."
     )
-    return Figure("fabric", "The fabric of the best response.", caption, tuple(panels), columns=2)
+    of = "answer" if result.has_posterior and result.answer and len(result.answer.samples) else "best response"
+    return Figure("fabric", f"The fabric of the {of}.", caption, tuple(panels), columns=2)
 
 
 def control_axis(experiment: Experiment) -> tuple[Axis, Array]:
@@ -62,7 +63,7 @@ def _panels(result: Result, number: int) -> list[Panel]:
     for name, observed in experiment.reference.observables.items():
         shown = quantity(name)
         marks = (*curves[name], Points(x, observed * shown.scale, REFERENCE, "reference"))
-        panels.append(Panel(f"{_prefix(result, experiment)}{shown.title}, error {percent(errors[name], 2)}", axis, Axis(shown.axis), marks))
+        panels.append(Panel(f"{prefix(result, experiment)}{shown.title}, error {percent(errors[name], 2)}", axis, Axis(shown.axis), marks))
     return panels
 
 
@@ -89,17 +90,19 @@ def _weighted_and_candidates(result: Result, number: int, x: Array) -> dict[str,
 
 
 def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:
-    values = result.response(result.best.sample, experiment.name).values
+    mean = result.mean_response(result.answer, experiment.name) if result.answer else None
+    values = (mean or result.response(result.best.sample, experiment.name)).values
     axis, x = control_axis(experiment)
     panels = []
     if "coordination_number" in values:
         shown = quantity("coordination_number")
-        panels.append(Panel(f"{_prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), (Line(x, values["coordination_number"], _COORDINATION, "Z"),)))
+        panels.append(Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), (Line(x, values["coordination_number"], _COORDINATION, "Z"),)))
     lines = tuple(Line(x, values[name], distinct(k), quantity(name).label) for k, name in enumerate(_ANISOTROPIES) if name in values)
     if lines:
-        panels.append(Panel(f"{_prefix(result, experiment)}Anisotropies", axis, Axis("anisotropy [-]"), lines))
+        panels.append(Panel(f"{prefix(result, experiment)}Anisotropies", axis, Axis("anisotropy [-]"), lines))
     return panels
 
 
-def _prefix(result: Result, experiment: Experiment) -> str:
+def prefix(result: Result, experiment: Experiment) -> str:
+    """The experiment's name before a panel's title, where there are several."""
     return f"{experiment.name}: " if len(result.experiments) > 1 else ""

@@ -110,7 +110,7 @@ def _counts(result: Result) -> Panel:
 def _by_iteration(result: Result) -> Axis:
     every = max(1, len(result.iterations) // 8)
     ticks = tuple((float(iteration.index), str(iteration.index)) for iteration in result.iterations[::every])
-    return Axis("iteration", (-0.6, len(result.iterations) - 0.4), ticks=ticks)
+    return Axis("batch" if result.has_posterior else "iteration", (-0.6, len(result.iterations) - 0.4), ticks=ticks)
 
 
 def _rank_within(iteration: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from graincal.campaign import Result
 from graincal.inference import Iteration, Stop
+from graincal.report.answer import answer_of
 from graincal.report.close_fits import close_fits
 from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
 from graincal.report.numbers import count, percent, value
@@ -23,7 +24,7 @@ def draw_samples(result: Result) -> Figure | None:
     errors = log_axis("error ε [%]", result.errors)
     above = np.nanmax(result.errors)
     close = close_fits(result.iterations)
-    coloured = _coloured(len(result.iterations))
+    coloured = _coloured(len(result.iterations), *(("batch", "batches") if result.has_posterior else ("iteration", "iterations")))
     panels = []
     for k, shown in enumerate(parameters(result.space)):
         low, high = float(result.space.low[k]), float(result.space.high[k])
@@ -31,21 +32,30 @@ def draw_samples(result: Result) -> Figure | None:
         marks += [_points(iteration, k, style, name) for iteration, (style, name) in zip(result.iterations, coloured)]
         if result.failures:
             marks.append(Points(result.samples[result.failed, k], np.full(result.failures, above), FAILED, "failed, no error known"))
-        for candidate, style, name in ((result.most_probable, MOST_PROBABLE, "most probable"), (result.best, BEST, "best")):
+        rings = [(result.best, BEST, "best")]
+        if result.has_posterior:
+            rings = [(answer_of(result), MOST_PROBABLE, "answer"), *rings] if result.answer and len(result.answer.samples) else rings
+        else:
+            rings = [(result.most_probable, MOST_PROBABLE, "most probable"), *rings]
+        for candidate, style, name in rings:
             if candidate:
                 ring = Style(style.colour, symbol="ring", size=12 if name == "best" else 16, width=2)
                 marks.append(Points(candidate.theta[k : k + 1], np.array([candidate.error]), ring, name))
-        marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {percent(close.limit)}"))
+        if not result.has_posterior:
+            marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {percent(close.limit)}"))
         if (truth := result.truth.get(result.space.names[k])) is not None:
             marks.append(Level(truth, TRUTH, "truth", upright=True))
         margin = 0.03 * (high - low)
         panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
-    iterations = count(len(result.iterations), "iteration")
+    if result.has_posterior:
+        iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", "Crosses are failures, at the parameters that they had."
+    else:
+        iterations = count(len(result.iterations), "iteration")
+        below = "The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open."
     return Figure(
         "samples",
         f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(np.nanmin(result.errors), 3)} to {value(above, 3)} %.",
-        "Each point is one evaluation, with its error of Eq. 6; darker points are of later iterations, and the grey lines are the ends of the range. "
-        "The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open.",
+        "Each point is one evaluation, with its error of Eq. 6; darker points are of later ones, and the grey lines are the ends of the range. " + below,
         tuple(panels),
     )
 
@@ -85,10 +95,10 @@ def draw_convergence(result: Result) -> Figure | None:
     return Figure("convergence", title, caption, panels)
 
 
-def _coloured(iterations: int) -> list[tuple[Style, str]]:
+def _coloured(iterations: int, one: str, several: str) -> list[tuple[Style, str]]:
     """The style of each iteration, and what it is called in the key: every one stands there, alone or with those that share its colour."""
     groups = np.array_split(np.arange(iterations), min(_COLOURS, iterations))
-    names = [f"iteration {group[0]}" if len(group) == 1 else f"iterations {group[0]} to {group[-1]}" for group in groups]
+    names = [f"{one} {group[0]}" if len(group) == 1 else f"{several} {group[0]} to {group[-1]}" for group in groups]
     return [(style, name) for style, name, group in zip(sequence(len(groups)), names, groups) for _ in group]
 
 

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
 
-from graincal.campaign import Experiment, Result
+import numpy as np
+
+from graincal.campaign import Calibration, Experiment, Result
+from graincal.campaign.calibration import CRITERIA
+from graincal.campaign.errors import describe_errors
+from graincal.inference import PosteriorFilter
 from graincal.models import StressPathTest
 from graincal.models.stress_path import PRECISIONS
 from graincal.report import numbers
-from graincal.report.findings import PROBABILITY, Finding
+from graincal.report.emulated import Emulated
+from graincal.report.findings import PROBABILITY, Finding, signed
 from graincal.report.groups import find_groups
 from graincal.report.quantities import parameters, quantity
 from graincal.report.run_times import failure_kinds
@@ -64,6 +71,59 @@ def of_iterations(result: Result) -> Table:
     return Table(head, tuple(rows), figures=0)
 
 
+def of_batches(result: Result) -> Table:
+    """Each batch of the method "posterior": samples, failures, and what was learnt."""
+    head = ("batch", "runs", "failed", "shift [sd]", "held-out error [%]", "coverage [%]", "log evidence", "effective runs", "best ε [%]")
+    rows = []
+    for iteration, learnt, best in zip(result.iterations, result.learnt, result.best_errors):
+        figures = [numbers.value(learnt.posterior_shift, 2), numbers.value(100 * learnt.held_out_error, 2), numbers.value(100 * learnt.coverage, 3)]
+        figures += [f"{learnt.log_evidence:.2f}" if np.isfinite(learnt.log_evidence) else "–", numbers.value(learnt.effective_sample_size, 2), numbers.value(best, 3)]
+        rows.append((str(iteration.index), str(len(iteration.samples)), str(iteration.failed.sum()), *figures))
+    return Table(head, tuple(rows), figures=0)
+
+
+def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
+    """Each parameter: range, truth where one is known, answer, interval, moments, strongest correlation and verdict."""
+    result, posterior, space = emulated.result, emulated.posterior, emulated.result.space
+    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", f"{100 * PROBABILITY:.0f} % interval", "mean ± sd", "sd / prior's")
+    labels, mean, std = [shown.label for shown in parameters(space)], posterior.mean(), posterior.std()
+    interval, correlation = posterior.interval(PROBABILITY), np.nan_to_num(posterior.correlation())
+    np.fill_diagonal(correlation, 0)
+    rows = []
+    for k, shown in enumerate(parameters(space)):
+        row = [shown.axis, f"{numbers.short(space.low[k])} to {numbers.short(space.high[k])}"]
+        if result.truth:
+            row.append(numbers.short(result.truth[space.names[k]]) if space.names[k] in result.truth else "–")
+        strongest = int(np.argmax(np.abs(correlation[k])))
+        row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k]), numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
+        row.append(f"{signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
+        rows.append((*row, verdicts[k]))
+    return Table((*head, "strongest correlation", "verdict"), tuple(rows))
+
+
+def of_informing(emulated: Emulated) -> Table | None:
+    """Posterior over prior standard deviation of each parameter, with all observables and with each alone; None for a single one, or many."""
+    result, alone = emulated.result, emulated.alone
+    if not alone:
+        return None
+    several = len(result.experiments) > 1
+    by = [(f"{result.experiments[number].name}: " if several else "") + f"{quantity(name).label} alone" for number, name in alone]
+    columns = (emulated.shrinkage, *alone.values())
+    rows = tuple((shown.label, *(f"{column[k]:.2f}" for column in columns)) for k, shown in enumerate(parameters(result.space)))
+    return Table(("sd / prior's by", "all", *by), rows)
+
+
+def of_modes(emulated: Emulated) -> Table | None:
+    """The separate groups of values: their probability, centres, most probable values, and the least error of the runs in them; None for a single one."""
+    shown = parameters(emulated.result.space)
+    head = ("probability", *(f"{each.axis}: centre, most probable" for each in shown), "least ε of its runs [%]")
+    rows = [
+        (f"{100 * mode.share:.0f} %", *(f"{numbers.value(centre, 3)}, {numbers.value(best, 3)}" for centre, best in zip(mode.centre, mode.best)), numbers.value(mode.error, 3))
+        for mode in emulated.modes
+    ]
+    return Table(head, tuple(rows), figures=0) if rows else None
+
+
 def of_failures(result: Result) -> Table | None:
     """Failures by experiment and kind; None without."""
     kinds = failure_kinds(result)
@@ -75,6 +135,10 @@ def of_experiments(result: Result) -> Table:
     """What was compared with what."""
     rows = [(experiment.name, _model(experiment), _observables(experiment), " ".join(experiment.reference.notes)) for experiment in result.experiments]
     head = ("experiment", "model", "observables, and their shares of the variance", "notes on the reference")
+    if result.has_posterior:
+        head = (*head[:-1], "errors", head[-1])
+        errors = ["; ".join(describe_errors(experiment.reference)) for experiment in result.experiments]
+        rows = [(*row[:-1], error, row[-1]) for row, error in zip(rows, errors)]
     if not any(row[-1] for row in rows):
         head, rows = head[:-1], [row[:-1] for row in rows]
     return Table(head, tuple(rows), figures=len(head))
@@ -83,15 +147,11 @@ def of_experiments(result: Result) -> Table:
 def of_provenance(result: Result) -> Table:
     """What the result was computed with."""
     calibration = result.calibration
-    used = calibration.new_filter()
-    settings = {
-        "alpha": f"{used.alpha:g}",
-        "samples per iteration": str(used.samples_per_iteration),
-        "effective sample size": f"{used.effective_sample_size:g}",
-        "scale": used.scale,
-        "covariance": used.covariance,
-    }
-    stops = {name.replace("_", " "): "off" if limit is False else f"{limit:g}" for name, limit in asdict(result.stop).items()}
+    settings = _settings(calibration)
+    limits = {name: limit for name, limit in asdict(result.stop).items() if name in CRITERIA[calibration.method]}
+    if result.has_posterior:
+        limits["max_evaluations"] = calibration.new_filter().most_evaluations or False
+    stops = {name.replace("_", " "): "off" if limit is False else f"{limit:g}" for name, limit in limits.items()}
     rows = [
         ("calibration begun", _moment(result.started)),
         ("report written", _moment(datetime.now(timezone.utc).isoformat())),
@@ -102,6 +162,25 @@ def of_provenance(result: Result) -> Table:
         *result.provenance.items(),
     ]
     return Table(("", ""), tuple(rows), figures=2)
+
+
+def _settings(calibration: Calibration) -> dict[str, str]:
+    used = calibration.new_filter()
+    if isinstance(used, PosteriorFilter):
+        length = calibration.filter_options.get("correlation_length")
+        return {
+            "first batch": str(used.first_batch),
+            "batch": str(used.batch),
+            "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
+            "discrepancy": "marginalised" if calibration.filter_options.get("discrepancy") else "none",
+        }
+    return {
+        "alpha": f"{used.alpha:g}",
+        "samples per iteration": str(used.samples_per_iteration),
+        "effective sample size": f"{used.effective_sample_size:g}",
+        "scale": used.scale,
+        "covariance": used.covariance,
+    }
 
 
 def origin(result: Result) -> str:
@@ -115,7 +194,7 @@ def _model(experiment: Experiment) -> str:
         at = f" at {numbers.pressure(model.confining_pressure)}" if model.confining_pressure is not None else ""
         return (
             f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
-            f"({model.packing.name}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
+            f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
             + ("" if model.law == "linear" else f", contact law {model.law}")
             + ("" if model.precision == PRECISIONS[0] else f", precision {model.precision}")
             + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from graincal.campaign import Candidate, Result
 from graincal.inference import sample_size_advice
-from graincal.report import numbers
+from graincal.report import numbers, verdict
 from graincal.report.answer import errors_of
 from graincal.report.close_fits import close_fits
+from graincal.report.emulated import Emulated
 from graincal.report.findings import FEW, Finding, effective_samples, find, legend, trade_offs
 from graincal.report.groups import find_groups
 from graincal.report.markup import to_plain
@@ -29,7 +30,11 @@ def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple
 
 def summarise(result: Result) -> str:
     """What was found, in plain lines for a terminal."""
-    return "\n".join(to_plain(text) for _, paragraphs in found(result, find(result.space, result.iterations, result.truth)) for text in paragraphs)
+    if result.has_posterior:
+        said = verdict.found(result, Emulated.of(result))
+    else:
+        said = found(result, find(result.space, result.iterations, result.truth))
+    return "\n".join(to_plain(text) for _, paragraphs in said for text in paragraphs)
 
 
 def groups(result: Result) -> str:

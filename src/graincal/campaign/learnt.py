@@ -1,0 +1,52 @@
+"""What each batch brought of the posterior, in figures: for the terminal and programs, which cannot wait for an emulator to be trained again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+from graincal.inference import PosteriorFilter
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What is known after a batch; NaN where there is nothing.
+
+    posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`). held_out_error: the emulators' error near the
+    posterior, as a part of the spread of the responses, of the worst experiment. coverage: the part of the held-out evaluations within their 90 % intervals.
+    log_evidence with its standard deviation. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
+    """
+
+    posterior_shift: float = math.nan
+    held_out_error: float = math.nan
+    coverage: float = math.nan
+    log_evidence: float = math.nan
+    log_evidence_std: float = math.nan
+    effective_sample_size: float = math.nan
+    pareto_k: float = math.nan
+
+    @classmethod
+    def of(cls, filter: PosteriorFilter) -> Learnt:
+        """After the filter's last complete batch."""
+        emulation, shift = filter.emulation, filter.shift()
+        if emulation is None:
+            return cls()
+        return cls(
+            shift if math.isfinite(shift) else math.nan,
+            max(emulation.held_out),
+            emulation.coverage,
+            emulation.log_evidence,
+            emulation.explored.log_evidence_std,
+            emulation.effective_sample_size,
+            emulation.pareto_k,
+        )
+
+    def plain(self) -> dict[str, float | None]:
+        """The figures as JSON has them: None for NaN."""
+        return {name: float(value) if math.isfinite(value) else None for name, value in asdict(self).items()}
+
+    @classmethod
+    def restore(cls, plain: Mapping[str, float | None]) -> Learnt:
+        """What `plain` made."""
+        return cls(**{name: math.nan if value is None else value for name, value in plain.items()})

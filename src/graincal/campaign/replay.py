@@ -1,0 +1,47 @@
+"""A filter is a function of what it is told: told again what a store holds, it is the one that ran."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign.calibration import Calibration, Filter
+from graincal.campaign.experiment import Experiment
+from graincal.campaign.store import Store, same
+from graincal.data import Response, Samples
+
+INFEASIBLE = "infeasible"
+"""The kind of a `Failure` by which a model says that a sample's parameters are impossible; other kinds say nothing of them."""
+
+
+def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[Experiment]) -> None:
+    """Tell a filter the outcomes of samples, all of which the store holds."""
+    failed, infeasible = np.zeros((2, len(samples)), dtype=bool)
+    responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
+    for number, experiment in enumerate(experiments):
+        for row, id in enumerate(samples.ids):
+            outcome = store.outcome(id, number)
+            if isinstance(outcome, Response):
+                responses[number][row] = outcome.observables(experiment.reference.names)
+            else:
+                failed[row] = True
+                infeasible[row] |= outcome is not None and outcome.kind == INFEASIBLE
+    filter.tell(samples, responses, failed, infeasible)
+
+
+def replay(store: Store, calibration: Calibration) -> Filter:
+    """The filter after the iterations that are complete. Raises InputError where it asks for other samples than the store holds."""
+    filter = calibration.new_filter()
+    for index, iteration in enumerate(store.iterations()):
+        if not same(filter.ask(), iteration.samples):
+            raise store.other_samples(index)
+        tell(filter, filter.ask(), store, calibration.experiments)
+    return filter
+
+
+def runs_at_answer(samples: Samples) -> bool:
+    """Whether they are the runs at one point with which the method "posterior" ends."""
+    theta: NDArray[np.float64] = samples.theta
+    return len(theta) > 1 and bool(np.all(theta == theta[0]))

@@ -1,0 +1,165 @@
+"""What the emulated posterior says, computed once for a report: samples to draw, predictive bands, what each observable tells, modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from graincal.campaign import Result
+from graincal.data import Reference
+from graincal.inference import Posterior
+from graincal.inference.emulation import Emulation
+from graincal.inference.error_model import error_model, measurement_errors
+from graincal.inference.explore import explore
+from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.proposal import systematic_resampling
+from graincal.report.findings import PROBABILITY
+from graincal.report.groups import Group, find_groups
+
+DRAWN = 500
+"""Samples of equal weight that stand for the posterior in figures and bands."""
+_MOST_ALONE = 6
+"""Pairs of experiment and observable up to which each is looked at alone: it takes some seconds a pair."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bands:
+    """Of one experiment, each (2, T, J): 90 % intervals of the mean response, and of a measurement of it."""
+
+    response: NDArray[np.float64]
+    measurement: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """A group of parameter values that fit: its share of the probability, its centre and its most probable values (n,), and the least error ε of the runs in it."""
+
+    share: float
+    centre: NDArray[np.float64]
+    best: NDArray[np.float64]
+    error: float
+
+
+class Emulated:
+    """The emulated posterior of a result that has one. Everything is computed when it is first asked for; equal results give equal figures."""
+
+    def __init__(self, result: Result, emulation: Emulation) -> None:
+        self.result = result
+        self.emulation = emulation
+        self.posterior: Posterior = emulation.posterior
+
+    @classmethod
+    def of(cls, result: Result) -> Emulated | None:
+        """None where the method is another, or nothing has been emulated."""
+        emulation = result.filter.emulation if result.has_posterior else None
+        return cls(result, emulation) if emulation else None
+
+    @cached_property
+    def drawn(self) -> NDArray[np.intp]:
+        """Rows of the posterior's samples, resampled to equal weights: (DRAWN,)."""
+        return systematic_resampling(self.posterior.weights, DRAWN, np.random.default_rng(0))
+
+    @property
+    def theta(self) -> NDArray[np.float64]:
+        """Samples of equal weight, (DRAWN, n)."""
+        return self.posterior.samples[self.drawn]
+
+    @cached_property
+    def shrinkage(self) -> NDArray[np.float64]:
+        """The posterior's standard deviation over the prior's, (n,)."""
+        return self.posterior.std() / self._prior
+
+    @cached_property
+    def bands(self) -> tuple[Bands, ...]:
+        """For each experiment, state by state."""
+        rng, unit = np.random.default_rng(0), self.result.space.to_unit(self.theta)
+        bands = []
+        with threadpool_limits(1):
+            for emulator, likelihood, errors, scatters, experiment in zip(
+                self.emulation.emulators, self.emulation.likelihoods, self.result.filter.errors, self.result.filter.scatters, self.result.experiments
+            ):
+                names = experiment.reference.names
+                mean, variance = emulator.predict(unit)
+                response = emulator.curves(mean + np.sqrt(variance) * rng.standard_normal(mean.shape), len(names))
+                # A hypothesis on the errors for each sample, as probable as the reference makes it.
+                logs = likelihood.hypotheses(mean, variance) + likelihood.log_prior
+                hypothesis = np.argmax(logs + rng.gumbel(size=logs.shape), axis=1)
+                added = emulator.truncation + (np.diag(emulator.simulator) if scatters else 0)
+                sd = np.sqrt(np.array([np.diag(covariance) for covariance in errors.covariances])[hypothesis] + added)
+                sd = np.swapaxes(sd.reshape(len(sd), len(names), -1), 1, 2)
+                measured = response + sd * rng.standard_normal(sd.shape)
+                levels = ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2)
+                bands.append(Bands(np.quantile(response, levels, axis=0), np.quantile(measured, levels, axis=0)))
+        return tuple(bands)
+
+    @cached_property
+    def alone(self) -> dict[tuple[int, str], NDArray[np.float64]]:
+        """For each experiment's number and observable: posterior over prior standard deviation (n,) with that one alone. Empty for a single one, or many."""
+        pairs = [(number, name) for number, experiment in enumerate(self.result.experiments) for name in experiment.reference.names]
+        if not 1 < len(pairs) <= _MOST_ALONE:
+            return {}
+        with threadpool_limits(1):
+            return {pair: self._shrinkage_by(*pair) for pair in pairs}
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """The separate groups of values that fit, the most probable first; empty for a single one."""
+        space = self.result.space
+        groups = find_groups(space, Posterior(space.names, self.theta, np.full(DRAWN, 1 / DRAWN)))
+        if not groups:
+            return ()
+        of_samples, of_runs = self._nearest(groups, self.posterior.samples), self._nearest(groups, self.result.samples)
+        modes = []
+        for number, group in enumerate(groups):
+            likely = np.where((of_samples == number) & (self.posterior.weights > 0), self.emulation.explored.log_likelihood, -np.inf)
+            errors = self.result.errors[(of_runs == number) & ~self.result.failed]
+            modes.append(Mode(group.share, group.centre, self.posterior.samples[int(np.argmax(likely))], float(errors.min()) if errors.size else np.nan))
+        return tuple(modes)
+
+    def expected_error(self) -> float:
+        """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average.
+
+        That of a Gaussian is 0.80 standard deviations at each state.
+        """
+        errors, shares = [], []
+        for experiment, emulator, scatters in zip(self.result.experiments, self.emulation.emulators, self.result.filter.scatters):
+            reference = experiment.reference
+            scatter = np.diag(emulator.simulator) if scatters else np.zeros(reference.values.size)
+            variances = np.swapaxes(scatter.reshape(len(reference.names), -1), 0, 1)
+            for error, values, share, added in zip(measurement_errors(reference), reference.values.T, reference.shares, variances.T):
+                sd = np.sqrt(error.absolute**2 + (error.relative * values) ** 2 + error.step**2 / 12 + added)
+                errors.append(100 * np.sqrt(2 / np.pi) * sd.sum() / np.abs(values).sum())
+                shares.append(share)
+        return float(np.average(errors, weights=1 / np.array(shares)))
+
+    @property
+    def _prior(self) -> NDArray[np.float64]:
+        return (self.result.space.high - self.result.space.low) / np.sqrt(12)
+
+    def _nearest(self, groups: tuple[Group, ...], theta: NDArray[np.float64]) -> NDArray[np.intp]:
+        space = self.result.space
+        unit, centres = space.to_unit(theta), space.to_unit(np.array([group.centre for group in groups]))
+        return np.argmin(np.sum((unit[:, None] - centres) ** 2, axis=2), axis=1)
+
+    def _shrinkage_by(self, number: int, name: str) -> NDArray[np.float64]:
+        whole, emulator, options = self.result.experiments[number].reference, self.emulation.emulators[number], self.result.calibration.filter_options
+        place, states = whole.names.index(name), len(whole.control)
+        rows = slice(place * states, (place + 1) * states)
+        reference = Reference(
+            whole.control,
+            {name: whole.observables[name]},
+            None,
+            {name: measurement_errors(whole)[place]},
+            control_name=whole.control_name,
+            control_step=whole.control_step,
+        )
+        errors = error_model(reference, correlation_length=options.get("correlation_length"), discrepancy=options.get("discrepancy", False))
+        added = np.diag(emulator.truncation[rows]) + (emulator.simulator[rows, rows] if self.result.filter.scatters[number] else 0)
+        likelihood = ReducedLikelihood.of(reference, errors, emulator.centre[rows], emulator.basis[rows], added)
+        space = self.result.space
+        found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0))
+        return Posterior(space.names, found.theta, found.weights).std() / self._prior

@@ -1,0 +1,142 @@
+"""Figures of the emulated posterior: its responses, its parameters in pairs, and how the emulator did from batch to batch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from graincal.data import Response
+from graincal.report import numbers
+from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, log_axis
+from graincal.report.emulated import DRAWN, Emulated
+from graincal.report.findings import PROBABILITY
+from graincal.report.pairs import bare, cell, centres, ends, few_ticks, truth_of_parameter, truth_of_pair
+from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, REFERENCE, THRESHOLD, VERMILLION, Style
+from graincal.report.quantities import parameters, quantity
+from graincal.report.responses import control_axis, prefix
+from graincal.report.verdict import RIDGE
+
+_MOST = f"{100 * PROBABILITY:.0f} %"
+_BINS = 24
+_SAMPLE = Style(BLUE, size=4, opacity=0.35)
+_RING = Style(VERMILLION, symbol="ring", size=14)
+
+
+def draw_bands(emulated: Emulated) -> Figure:
+    """Reference and runs at the answer, with the bands of the mean response and of a measurement, for each observable of each experiment."""
+    result, answer = emulated.result, emulated.result.answer
+    panels = []
+    for number, experiment in enumerate(result.experiments):
+        axis, x = control_axis(experiment)
+        runs = [run for id in answer.samples if isinstance(run := result.response(int(id), number), Response)]
+        bands = emulated.bands[number]
+        for place, (name, observed) in enumerate(experiment.reference.observables.items()):
+            shown = quantity(name)
+            marks: list[Mark] = [
+                Band(x, *(shown.scale * bands.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
+                Band(x, *(shown.scale * bands.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
+            ]
+            marks += [Line(x, run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
+            marks.append(Points(x, observed * shown.scale, REFERENCE, "reference"))
+            panels.append(Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), tuple(marks)))
+    caption = (
+        "The narrow band is where the mean response lies, given all that is known of the parameters and of the emulator; the wide one is where a measurement "
+        f"of it would, errors included: about nine in ten points of the reference belong there. Each holds {_MOST}, state by state."
+    )
+    if np.isfinite(answer.mean):
+        spread = f" ± {answer.spread:.2g}" if answer.spread > 0 else ""
+        title = f"The answer's responses are {answer.mean:.3g}{spread} % from the reference."
+    else:
+        title = "What the posterior expects of the responses."
+    observables = {len(experiment.reference.names) for experiment in result.experiments}
+    return Figure("responses", title, caption, tuple(panels), columns=observables.pop() if observables in ({2}, {3}) else 3)
+
+
+def draw_emulated_pairs(emulated: Emulated) -> Figure:
+    """The posterior in pairs of parameters: histograms on the diagonal beside the prior, pairs below it, correlations above."""
+    result, space = emulated.result, emulated.result.space
+    axes = [_axis(emulated, k, shown.axis) for k, shown in enumerate(parameters(space))]
+    n = len(axes)
+    title = f"The posterior, by {DRAWN} of its samples."
+    said = "Histograms are of the probability; the dotted line is the prior, even over the whole range. Axes span the posterior, grey lines are ends of a range."
+    if n == 1:
+        panel = Panel("", axes[0], Axis("probability [-]"), _histogram(emulated, 0, axes[0]))
+        return Figure("posterior", title, said, (panel,))
+    correlation = emulated.posterior.correlation()
+    panels = tuple(
+        cell(float(correlation[row, column]), RIDGE) if column > row else _panel(emulated, axes, row, column) for row in range(n) for column in range(n)
+    )
+    caption = f"{said} Below the diagonal: samples of equal probability, and the answer. Above it: correlations, coloured from {RIDGE:g} on, up or down, which is a ridge."
+    return Figure("posterior", title, caption, panels, columns=n, square=True)
+
+
+def draw_emulator(emulated: Emulated) -> Figure | None:
+    """How far each batch moved the posterior, and how the emulator predicts what it has not seen; None for a single batch."""
+    result = emulated.result
+    if len(result.iterations) < 2:
+        return None
+    index = np.array([iteration.index for iteration in result.iterations], dtype=np.float64)
+    shift, held_out, coverage, evidence, spread = (
+        np.array([getattr(learnt, name) for learnt in result.learnt])
+        for name in ("posterior_shift", "held_out_error", "coverage", "log_evidence", "log_evidence_std")
+    )
+    enough = result.stop.posterior_shift
+    level = [Level(enough, THRESHOLD, "enough, or as it should be")] if enough else []
+    axis = Axis("batch", (-0.3, index[-1] + 0.3), ticks=tuple((float(i), f"{i:.0f}") for i in index[:: max(1, len(index) // 8)]))
+    panels = (
+        Panel("Shift of the posterior", axis, log_axis("standard deviations", np.append(shift, enough or np.nan)), (*level, *_course(index, shift))),
+        Panel("Held-out error", axis, log_axis("part of the spread [%]", 100 * held_out), _course(index, 100 * held_out)),
+        Panel("Coverage", axis, Axis("within the intervals [%]", (0, 104)), (Level(100 * PROBABILITY, THRESHOLD), *_course(index, 100 * coverage))),
+        Panel("Log evidence", axis, Axis("log p(reference)"), (Band(index, evidence - spread, evidence + spread, BAND), *_course(index, evidence))),
+    )
+    caption = (
+        "Shift: how far a batch moved a mean, in standard deviations, or the logarithm of a standard deviation, whichever is most. Held-out error: each run as predicted "
+        "from all others, those near the posterior above all, over the spread of the responses. Coverage: how many of these runs lie in the emulator's "
+        f"{_MOST} intervals. The last batch are the runs at the answer, once they are done."
+    )
+    last = held_out[np.isfinite(held_out)]
+    return Figure("emulator", f"The emulator misses held-out runs by {100 * last[-1]:.2g} % of the spread of the responses.", caption, panels, columns=2)
+
+
+def _course(x: Array, y: Array) -> tuple[Mark, Mark]:
+    style = Style(BLUE, size=7)
+    return Line(x, y, style), Points(x, y, style)
+
+
+def _axis(emulated: Emulated, k: int, label: str) -> Axis:
+    """Over nearly all of the posterior, the answer, and the truth where it is known."""
+    space, result = emulated.result.space, emulated.result
+    low, high = emulated.posterior.interval(0.998)[:, k]
+    values = [low, high, result.answer.theta[k], result.truth.get(space.names[k], low)]
+    low, high = float(min(values)), float(max(values))
+    margin = 0.06 * (high - low) or 0.01 * float(space.high[k] - space.low[k])
+    return Axis(label, (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
+
+
+def _panel(emulated: Emulated, axes: list[Axis], row: int, column: int) -> Panel:
+    x = axes[column] if row == len(axes) - 1 else bare(axes[column])
+    if column == row:
+        return Panel("", x, Axis(ticks=()), _histogram(emulated, row, axes[row]))
+    space, theta, answer = emulated.result.space, emulated.theta, emulated.result.answer.theta
+    marks = (
+        *ends(space, column, axes[column], upright=True),
+        *ends(space, row, axes[row], upright=False),
+        Points(theta[:, column], theta[:, row], _SAMPLE, "samples of the posterior"),
+        Points(answer[[column]], answer[[row]], _RING, "answer"),
+        *centres(emulated.modes, row, column),
+        *truth_of_pair(emulated.result, row, column),
+    )
+    return Panel("", x, axes[row] if column == 0 else bare(axes[row]), marks)
+
+
+def _histogram(emulated: Emulated, k: int, axis: Axis) -> tuple[Mark, ...]:
+    space, posterior = emulated.result.space, emulated.posterior
+    heights, edges = np.histogram(posterior.samples[:, k], bins=_BINS, range=axis.limits, weights=posterior.weights)
+    even = (edges[1] - edges[0]) / (space.high[k] - space.low[k])
+    return (
+        Bars(edges, heights, replace(_SAMPLE, opacity=0.85)),
+        Level(float(even), replace(LIMIT, dash="dot"), "prior"),
+        *ends(space, k, axis, upright=True),
+        *truth_of_parameter(emulated.result, k, upright=True),
+    )

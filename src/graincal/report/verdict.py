@@ -1,0 +1,208 @@
+"""What the posterior says, in sentences (in markup), and when not to trust it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graincal.campaign import Result
+from graincal.models import StressPathTest
+from graincal.report import numbers
+from graincal.report.emulated import Emulated
+from graincal.report.findings import PROBABILITY, signed
+from graincal.report.quantities import Quantity, parameters, quantity
+
+IDENTIFIED, WEAKLY = 0.3, 0.7
+"""Posterior over prior standard deviation, below which a parameter is identified, and up to which weakly."""
+RIDGE = 0.8
+"""The correlation, up or down, from which a pair of parameters is a ridge."""
+ROUGH = 0.1
+"""The emulator's held-out error, as a part of the spread of the responses, above which it is rough."""
+LEAST_COVERAGE = 0.8
+MANY_RUNS, LARGEST_K = 200, 0.7
+MANY_FAILURES = 0.1
+FAR = 3.0
+"""How many times the error that measurement errors lead to, from which the answer is far from the reference."""
+EDGE = 0.01
+"""Of a range: as near to its end the answer is at it."""
+
+
+def verdicts(emulated: Emulated) -> tuple[str, ...]:
+    """For each parameter "identified", "weakly identified" or "not identified"."""
+    return tuple("identified" if part < IDENTIFIED else "weakly identified" if part <= WEAKLY else "not identified" for part in emulated.shrinkage)
+
+
+def found(result: Result, emulated: Emulated | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """What was found: headings, and the paragraphs under each."""
+    if emulated is None:
+        return (("Fit", (_nothing(result),)), ("End", (_ending(result),)))
+    said = [("Parameters", tuple(_sentence(emulated, k) for k in range(result.space.size))), ("Identified", (_identified(emulated),))]
+    if ridges := _ridges(emulated):
+        said.append(("Ridges", (ridges,)))
+    if modes := _modes(emulated):
+        said.append(("Modes", (modes,)))
+    said.append(("Answer", (_answer(result, emulated),)))
+    said.append(("Trust", doubts(result, emulated)))
+    said.append(("Evidence", (_evidence(result),)))
+    said.append(("End", (_ending(result),)))
+    return tuple(said)
+
+
+def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
+    """Why not to trust it, a sentence each; one that says so where there is no reason. What it is conditional on comes last."""
+    emulation, answer = emulated.emulation, result.answer
+    said = []
+    if result.stopped_by in ("max_evaluations", "max_iterations") or not result.stopped_by:
+        moved = result.filter.shift(1 if len(answer.samples) else 0)
+        if not moved <= result.stop.posterior_shift:
+            by = f"the last batch moved it by {moved:.2g} standard deviations" if np.isfinite(moved) else "there was no second batch to compare with"
+            said.append(f"The posterior has not settled: {by}. More evaluations would tell.")
+    if max(emulation.held_out) > ROUGH:
+        said.append(
+            f"The emulator is rough: near the posterior it misses held-out runs by {100 * max(emulation.held_out):.2g} % of the spread of the responses, more than "
+            f"{100 * ROUGH:g} %. Intervals are wider for it, and may be in the wrong place."
+        )
+    if emulation.coverage < LEAST_COVERAGE:
+        said.append(
+            f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals. "
+            "The posterior is too narrow."
+        )
+    carrying = int(np.sum(emulation.weights > 0))
+    if carrying >= MANY_RUNS and emulation.pareto_k > LARGEST_K:
+        said.append(f"A few runs carry most of the weight (Pareto k = {emulation.pareto_k:.2g}, above {LARGEST_K:g}): the runs were not where the posterior is.")
+    if result.failures > MANY_FAILURES * result.evaluations:
+        said.append(f"{100 * result.failures / result.evaluations:.0f} % of the evaluations failed; the posterior knows of the places where they did by the emulator alone.")
+    expected, causes = emulated.expected_error(), _causes(result)
+    if answer and answer.mean > FAR * expected:
+        said.append(
+            f"The answer is {answer.mean:.3g} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
+            "or the errors are stated too small. The intervals leave that out, unless discrepancy = true."
+        )
+    at_edge = [shown.label for shown, end in zip(parameters(result.space), _at_edge(result)) if end]
+    if at_edge:
+        said.append(f"The answer is at the end of the range of {_listed(at_edge)}: where values beyond make sense, widen it.")
+    if not said:
+        said.append(
+            f"Nothing that was looked at speaks against it: the emulator's held-out error is {100 * max(emulation.held_out):.2g} % of the spread of the responses, "
+            f"{100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals, and "
+            f"{numbers.count(result.failures, 'evaluation') if result.failures else 'none'} failed."
+        )
+    return (*said, *_conditions(result))
+
+
+def rule() -> str:
+    """The thresholds of the verdicts, for readers."""
+    return (
+        f"A parameter is called identified where its posterior standard deviation (sd) is below {IDENTIFIED:g} of the prior's (the range over √12), weakly identified up to "
+        f"{WEAKLY:g}, and else not. A ridge is a pair correlated by more than {RIDGE:g}, up or down. Intervals hold {100 * PROBABILITY:.0f} % of the probability, "
+        "given the measurement errors and the ranges, which are the prior: every value in them was equally probable before the test."
+    )
+
+
+def _sentence(emulated: Emulated, k: int) -> str:
+    result = emulated.result
+    shown, name = parameters(result.space)[k], result.space.names[k]
+    low, high = emulated.posterior.interval(PROBABILITY)[:, k]
+    mean, std = emulated.posterior.mean()[k], emulated.posterior.std()[k]
+    said = f"{shown.label} is {verdicts(emulated)[k]}: {numbers.between(low, high)}{_unit(shown)} with {100 * PROBABILITY:.0f} % probability, {numbers.estimate(mean, std)} (mean ± sd)."
+    if (truth := result.truth.get(name)) is not None:
+        said += f" The truth, {numbers.short(truth)}{_unit(shown)}, lies {'in' if low <= truth <= high else 'outside'} the interval."
+    return said
+
+
+def _identified(emulated: Emulated) -> str:
+    labels, said = [shown.label for shown in parameters(emulated.result.space)], []
+    for word in ("identified", "weakly identified", "not identified"):
+        if members := [label for label, verdict in zip(labels, verdicts(emulated)) if verdict == word]:
+            said.append(f"{word[0].upper()}{word[1:]}: {_listed(members)}.")
+    return " ".join(said)
+
+
+def _ridges(emulated: Emulated) -> str:
+    labels, correlation = [shown.label for shown in parameters(emulated.result.space)], emulated.posterior.correlation()
+    pairs = [(correlation[i, j], i, j) for i in range(len(labels)) for j in range(i) if abs(correlation[i, j]) > RIDGE]
+    if not pairs:
+        return ""
+    listed = ", ".join(f"{labels[j]} and {labels[i]} ({signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
+    return f"{listed}: what such a pair shares is known better than either of the two alone."
+
+
+def _modes(emulated: Emulated) -> str:
+    if not emulated.modes:
+        return ""
+    shares = _listed([f"{100 * mode.share:.0f} %" for mode in emulated.modes])
+    return f"The probability lies in {len(emulated.modes)} separate groups of values, of {shares}: the table of modes lists them. Means and correlations are over all of them."
+
+
+def _answer(result: Result, emulated: Emulated) -> str:
+    answer, best = result.answer, result.best
+    listed = ", ".join(f"{shown.label} {numbers.value(value, 3)}{_unit(shown)}" for shown, value in zip(parameters(result.space), answer.theta))
+    said = [f"The posterior's maximum: {listed}."]
+    known = np.isfinite(answer.errors)
+    if known.any():
+        spread = f" ± {answer.spread:.2g}" if answer.spread > 0 else ""
+        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {answer.mean:.3g}{spread} % from the reference (ε, Eq. 6).")
+        if answer.spread == 0:
+            said.append("The runs are identical: the model repeats itself, so that nothing is seen of its scatter.")
+    if len(answer.errors) and not known.all():
+        said.append(f"{(~known).sum()} of its runs failed.")
+    if not len(answer.errors):
+        said.append("It has not been run again yet.")
+    if best and best.sample in answer.samples:
+        closest = f"The luckiest of them, at {best.error:.3g} %, is the closest of all {numbers.count(result.evaluations, 'run')}."
+        said.append(closest if answer.spread > 0 else f"None of {numbers.count(result.evaluations, 'run')} is closer.")
+    elif best:
+        said.append(f"The luckiest of {numbers.count(result.evaluations, 'run')} (sample {best.sample}) is {best.error:.3g} % from it; that its error is the least is partly chance.")
+    said.append(f"{_causes(result)} alone lead to {emulated.expected_error():.2g} %.")
+    return " ".join(said)
+
+
+def _causes(result: Result) -> str:
+    """What keeps even the true parameters' responses away from the reference."""
+    return "Measurement errors and the scatter of runs" if any(result.filter.scatters) else "Measurement errors"
+
+
+def _evidence(result: Result) -> str:
+    learnt = result.learnt[-1]
+    return (
+        f"log p(reference) = {learnt.log_evidence:.2f} ± {max(learnt.log_evidence_std, 0.005):.2f} (natural logarithm; ± one sd of the draws that estimate it, "
+        "the emulator's own error not counted). It compares models on the same reference, errors and ranges, and says nothing by itself."
+    )
+
+
+def _ending(result: Result) -> str:
+    done = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}"
+    if result.stopped_because is None:
+        return f"Not at its end: {done} {'is' if len(result.iterations) == 1 else 'are'} complete, and what stands here is what they say so far."
+    return f"Stopped after {done}: {result.stopped_because[0].lower()}{result.stopped_because[1:]}"
+
+
+def _nothing(result: Result) -> str:
+    if result.best is None:
+        return f"All {numbers.count(result.evaluations, 'sample')} failed, so that nothing was found."
+    return f"Too few of {numbers.count(result.evaluations, 'sample')} have a response for a posterior; the smallest error is {result.best.error:.3g} % (sample {result.best.sample})."
+
+
+def _conditions(result: Result) -> list[str]:
+    """What the posterior takes for granted."""
+    said = []
+    alone = [experiment.name for experiment in result.experiments if isinstance(experiment.model, StressPathTest) and not experiment.scatters]
+    if alone:
+        of = f" of {_listed(alone)}" if len(result.experiments) > 1 else ""
+        said.append(f"It is conditional on this packing{of}: another of the same grading and void ratio would move the parameters, by how much one packing cannot tell.")
+    unstated = dict.fromkeys(quantity(name).label for each in result.experiments for name in each.reference.names if name not in each.reference.measurement_errors)
+    if unstated:
+        said.append(f"No measurement error is stated of {_listed(list(unstated))}, and 1 % of the peak was taken: the intervals are about in proportion to it.")
+    return said
+
+
+def _at_edge(result: Result) -> np.ndarray:
+    unit = result.space.to_unit(result.answer.theta)
+    return (unit < EDGE) | (unit > 1 - EDGE)
+
+
+def _listed(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _unit(shown: Quantity) -> str:
+    return f" {shown.unit}" if shown.unit not in ("", "-") else ""

@@ -1,0 +1,175 @@
+"""A campaign of the method "posterior": what it finds and keeps, and that neither a kill nor other limits change it."""
+
+import json
+import os
+import sqlite3
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal.campaign import Calibration
+from graincal.campaign.export import export_csv
+from graincal.campaign.status import status
+from graincal.campaign.replay import tell
+from graincal.campaign.store import Store
+from graincal.cli.check import _describe, _expectation
+
+from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
+from .test_campaign import assert_same
+
+# Two batches and the runs at the answer: training emulators takes most of the time.
+STOP = gc.Stop(max_iterations=2)
+LIMITS = {"stress_ratio": 0.05, "volumetric_strain": 2e-4}
+
+
+def measured():
+    return gc.Reference(STRAIN, reference().observables, measurement_errors=LIMITS)
+
+
+def infeasible(theta):
+    """As `respond`, but that no equilibrium means that there is no such soil."""
+    return gc.Failure("infeasible", "no such soil.") if theta.sum() > 1.5 else respond(theta)
+
+
+def calibrate(function=infeasible, **options):
+    return gc.calibrate(gc.PythonModel(function), measured(), SPACE, method="posterior", **{"seed": 6, "stop": STOP, "workers": 1} | options)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def fewer_draws():
+    """As many draws from the emulated posterior as these facts need: they are not about its digits, and each batch waits for them."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
+            patch.setattr(f"graincal.inference.explore.{name}", number)
+        yield
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("posterior") / "campaign"
+    calibrate(folder=folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return gc.Result.read(folder)
+
+
+def test_it_finds_the_truth_within_its_own_spread(result):
+    posterior = result.posterior
+    assert list(np.bincount(result.iteration)) == [8, 4, 3] and result.stopped_by == "max_iterations"
+    assert np.all(np.abs(posterior.mean() - TRUTH) < 3 * posterior.std()) and np.all(posterior.std() < 0.05)
+    # The reference is without error: the most probable parameters are the truth, but for the emulator.
+    np.testing.assert_allclose(result.answer.theta, TRUTH, atol=0.02)
+    assert len(result.answer.errors) == 3 and result.answer.spread == 0 and result.answer.mean < 1
+    assert result.best.error == np.nanmin(result.errors) and result.grade is None
+    assert result.log_evidence == result.filter.log_evidence and np.isfinite(result.log_evidence)
+
+
+def test_infeasible_parameters_are_told_as_such(result):
+    impossible = result.samples.sum(axis=1) > 1.5
+    assert impossible.any()
+    np.testing.assert_array_equal(result.filter.evaluations.infeasible, impossible)
+
+
+def test_other_failures_are_not():
+    store = Store.create(Calibration(SPACE, [gc.Experiment("drained", model(), measured())], "posterior"))
+    samples = store.calibration.new_filter().ask().take([0, 1, 2])
+    store.ask(0, samples, experiments=1)
+    store.record(0, 0, gc.Failure("timed_out", "it took too long."))
+    store.record(1, 0, gc.Failure("infeasible", "no such soil."))
+    store.record(2, 0, gc.Response(STRAIN, respond(TRUTH)))
+    told = []
+
+    class Recorder:
+        tell = staticmethod(lambda *arguments: told.extend(arguments))
+
+    tell(Recorder(), samples, store, store.calibration.experiments)
+    _, (responses,), failed, infeasible = told
+    assert list(failed) == [True, True, False] and list(infeasible) == [False, True, False]
+    assert np.isnan(responses[:2]).all() and np.isfinite(responses[2]).all()
+
+
+def test_the_folder_tells_all_of_it(folder, result, tmp_path):
+    found = status(folder)
+    json.dumps(found, allow_nan=False)
+    assert found["answer"]["theta"] == dict(zip(SPACE.names, result.answer.theta)) and len(found["answer"]["errors"]) == 3
+    first, second, last = found["iterations"]
+    assert first["posterior_shift"] is None and second["posterior_shift"] == result.filter.shift(1) and second["held_out_error"] < 0.1
+    assert last["log_evidence"] == result.log_evidence and first["s"] is None
+    curve = np.genfromtxt(folder / "curves" / "experiment_answer.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(curve["stress_ratio"], respond(result.answer.theta)["stress_ratio"], rtol=1e-12)
+    assert "posterior shift" in (folder / "log.txt").read_text()
+    tables = {path.name: np.genfromtxt(path, delimiter=",", names=True) for path in export_csv(result, tmp_path) if path.name != "samples.csv"}
+    assert tables["posterior.csv"]["weight"].sum() == pytest.approx(1)
+    np.testing.assert_array_equal(tables["iterations.csv"]["held_out_error"], [each.held_out_error for each in result.learnt])
+
+
+def test_a_killed_campaign_ends_as_if_it_never_was(result, tmp_path):
+    calls = tmp_path / "calls"
+
+    def deadly(theta):
+        """The fifth, the tenth and the seventeenth call kill the process: in either batch, and among the runs at the answer."""
+        count = calls.stat().st_size if calls.exists() else 0
+        calls.open("a").write(".")
+        if count + 1 in (5, 10, 17):
+            os._exit(9)
+        return infeasible(theta)
+
+    for _ in range(3):
+        child = os.fork()
+        if child == 0:
+            if (tmp_path / "campaign").exists():
+                gc.resume(tmp_path / "campaign", gc.PythonModel(deadly))
+            else:
+                calibrate(deadly, folder=tmp_path / "campaign")
+            os._exit(0)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+    assert calls.stat().st_size == 17
+    killed = gc.resume(tmp_path / "campaign", gc.PythonModel(deadly))
+    assert_same(result, killed)
+    assert killed.learnt == result.learnt
+    np.testing.assert_array_equal(killed.posterior.weights, result.posterior.weights)
+
+
+def test_it_goes_on_by_other_limits_as_if_they_had_been_its_own(result, tmp_path):
+    calibrate(stop=gc.Stop(max_iterations=1), folder=tmp_path)
+    with pytest.raises(gc.InputError, match="it would still be at its end, by max_iterations"):
+        gc.resume(tmp_path, gc.PythonModel(infeasible), max_evaluations=30)
+    continued = gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=2)
+    assert_same(result, continued)
+    with pytest.raises(gc.InputError, match="it would have ended after 1 of the 3 iterations that are begun"):
+        gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=1)
+
+
+def test_a_store_of_before_there_was_a_posterior_still_opens(tmp_path):
+    gc.calibrate(model(), reference(), SPACE, stop=gc.Stop(max_iterations=1), folder=tmp_path)
+    with sqlite3.connect(tmp_path / "campaign.db") as db:
+        db.execute("DROP TABLE learnt")
+        (description,) = db.execute("SELECT value FROM meta WHERE key = 'description'").fetchone()
+    assert "posterior" not in description
+    store = Store.open(tmp_path)
+    assert store.keeps(Calibration(SPACE, [gc.Experiment("experiment", model(), reference())], stop=gc.Stop(max_iterations=1)))
+    assert gc.Result.read(tmp_path).learnt == () and gc.Result.read(tmp_path).answer is None
+    gc.resume(tmp_path, model(), max_iterations=2, error=False, s=False, gl_error_increment=False, error_increment=False)
+
+
+def test_criteria_that_it_does_not_look_at_are_refused():
+    with pytest.raises(gc.InputError, match='stop.s means nothing to method = "posterior", which looks at posterior_shift, max_iterations, max_evaluations'):
+        calibrate(stop=gc.Stop(s=0.1))
+
+
+def test_check_says_what_it_will_take_and_how_errors_were_understood():
+    experiment = gc.Experiment("drained", model(), replace_errors(gc.data.MeasurementError(0.05, relative=0.01, step=0.02)))
+    calibration = Calibration(SPACE, [experiment], "posterior").check()
+    said = "\n".join(_describe(experiment, "posterior"))
+    assert "measurement error of stress_ratio: sd 0.05, 1 % of the value, steps of 0.02" in said
+    # The volumetric strain has its peak of 0.00624 at an axial strain of 0.12.
+    assert "measurement error of volumetric_strain: sd 6.24e-05, taken for 1 % of the peak: none is stated" in said
+    assert "Expect 8 evaluations, about" in _expectation(calibration)[-1] and "at most 40 evaluations" in _expectation(calibration)[-1]
+
+
+def replace_errors(error):
+    return gc.Reference(STRAIN, reference().observables, measurement_errors={"stress_ratio": error})

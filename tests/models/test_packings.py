@@ -1,0 +1,59 @@
+"""A test on several packings: which sample runs on which, and that all of them are kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from graincal import Experiment, InputError, Packing, ParameterSpace, Reference, Samples, TriaxialTest
+from graincal.campaign import Calibration
+from graincal.campaign.store import Store
+
+THETA = [8.0, 0.2, 30.0, 0.1, 0.1]
+NAMES = ("log_E", "nu", "phi", "beta_m", "eta_m")
+STRAINS = [0.0, 0.002, 0.004]
+
+
+def cubic(name, shift):
+    """A simple cubic packing, whose grains in every other layer are pushed together a little."""
+    grid = np.stack(np.meshgrid(*[np.arange(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) * 2e-3
+    grid[grid[:, 0] > 1e-3] += [shift, 0, 0]
+    return Packing(grid, np.full(27, 1.0001e-3), np.diag([6e-3] * 3), name)
+
+
+PACKINGS = [cubic("a.csv", 0.0), cubic("b.csv", 4e-6), cubic("c.csv", 8e-6)]
+TEST = TriaxialTest(PACKINGS, 2e5)
+
+
+def outcomes(test, ids, workers=2):
+    samples = Samples(np.array(ids), np.tile(THETA, (len(ids), 1)), NAMES)
+    found = dict(test.evaluate(samples, STRAINS, workers=workers))
+    return [found[row].values for row in range(len(ids))]
+
+
+def test_a_sample_s_id_says_which_packing_it_runs_on():
+    # Bit for bit what each packing gives by itself, with fewer workers than packings too.
+    expected = [outcomes(TriaxialTest(packing, 2e5), [0])[0] for packing in PACKINGS]
+    assert not np.array_equal(expected[0]["stress_ratio"], expected[1]["stress_ratio"])
+    for workers in (1, 8):
+        for id, found in zip([7, 3, 5], outcomes(TEST, [7, 3, 5], workers)):
+            for name, values in found.items():
+                np.testing.assert_array_equal(values, expected[id % 3][name])
+
+
+def test_several_packings_are_kept_with_a_campaign_and_scatter_like_the_laboratory_s():
+    reference = Reference(STRAINS, {"stress_ratio": [1.0, 1.5, 1.8]})
+    space = ParameterSpace(dict(zip(NAMES, [(7, 9), (0, 0.5), (10, 50), (0, 1), (0, 1)])))
+    for test, scatters in ((TEST, True), (TriaxialTest(PACKINGS[0], 2e5), False)):
+        given = Calibration(space, [Experiment("drained", test, reference)], "posterior")
+        for calibration in (given, Store.create(given).calibration):
+            (experiment,) = calibration.experiments
+            assert calibration.new_filter().scatters == (scatters,) and len(experiment.model.packings) == (3 if scatters else 1)
+            np.testing.assert_array_equal(experiment.model.packings[-1].positions, test.packings[-1].positions)
+
+
+def test_a_copy_at_another_pressure_has_the_packings_and_one_on_another_packing_has_that():
+    assert replace(TEST, confining_pressure=4e5).packings == tuple(PACKINGS)
+    assert replace(TEST, packing=PACKINGS[1]).packings == (PACKINGS[1],)
+    with pytest.raises(InputError, match="a triaxial test needs a packing, or a list of them"):
+        TriaxialTest([], 2e5)

@@ -1,0 +1,159 @@
+"""The report of the method "posterior": what it says against what is known, and what it draws."""
+
+import json
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal.report import summarise, tables, verdict, with_matplotlib, write_report
+from graincal.report.contents import figures
+from graincal.report.drawing import Band, Points
+from graincal.report.emulated import Emulated
+from graincal.report.emulated_figures import draw_emulated_pairs
+
+from . import soil, test_report
+from .test_report import read
+
+ERRORS = {"stress_ratio": 0.03, "volumetric_strain": 5e-4}
+
+
+def fewer_draws(patch):
+    """As in tests/campaign/test_posterior_campaign.py."""
+    for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
+        patch.setattr(f"graincal.inference.explore.{name}", number)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick():
+    with pytest.MonkeyPatch.context() as patch:
+        fewer_draws(patch)
+        yield
+
+
+@pytest.fixture(scope="module")
+def result():
+    reference = gc.Reference(soil.STRAIN, soil.reference().observables, measurement_errors=ERRORS)
+    options = {"method": "posterior", "seed": 3, "workers": 1, "stop": gc.Stop(max_iterations=2)}
+    return gc.calibrate(gc.PythonModel(soil.respond), reference, soil.SPACE, truth={"phi": 30.0}, **options)
+
+
+@pytest.fixture(scope="module")
+def emulated(result):
+    return Emulated.of(result)
+
+
+def test_it_says_which_parameters_are_identified(emulated):
+    # Stress tells phi alone, volume psi alone, nothing the third.
+    assert verdict.verdicts(emulated) == ("identified", "identified", "not identified")
+    assert emulated.shrinkage[2] == pytest.approx(1, abs=0.15)
+    stress, volume = emulated.alone[0, "stress_ratio"], emulated.alone[0, "volumetric_strain"]
+    assert stress[0] < 0.1 < 0.8 < volume[0] and volume[1] < 0.1 < 0.8 < stress[1]
+
+
+def test_bands_hold_the_responses_and_the_measurements(emulated):
+    (bands,) = emulated.bands
+    reference = emulated.result.experiments[0].reference
+    inside = (bands.measurement[0] <= reference.values) & (reference.values <= bands.measurement[1])
+    # The reference is the truth itself, without error.
+    assert inside.all()
+    width = bands.measurement[1] - bands.measurement[0]
+    assert np.all(width >= 0.95 * (bands.response[1] - bands.response[0]))
+    # Nine tenths of a Gaussian lie within 1.64 standard deviations; the ends of 500 draws scatter by 6 % of one.
+    for place, error in enumerate(ERRORS.values()):
+        assert np.all(width[:, place] > 2 * 1.64 * error * 0.8)
+
+
+def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(result, tmp_path):
+    page = read(write_report(result, tmp_path / "report.html"))
+    text = "".join(page.text)
+    assert page.headings == [
+        "What was found", "Reference and responses", "Parameters", "Posterior", "Evaluations and emulator", "Fabric", "Run times and failures", "Provenance"
+    ]  # fmt: skip
+    for words in ("φ is identified: ", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "None of 21 runs is closer", "log p(reference) ="):
+        assert words in text, words
+    assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "fit about as well", "most probable sample"))
+    assert page.loaded == []
+    assert summarise(result).splitlines()[0].startswith("φ is identified: ")
+
+
+def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulated):
+    # Two clouds, of seven tenths of the probability and of three, whose most probable points are known.
+    rng = np.random.default_rng(1)
+    centres = np.array([[15.0, 8.0, 0.5], [50.0, 8.0, 0.5]])
+    which = (np.arange(1000) >= 700).astype(int)
+    theta = centres[which] + rng.normal(size=(1000, 3)) * [1.0, 0.5, 0.1]
+    log_likelihood = -np.sum((theta - centres[which]) ** 2, axis=1)
+    explored = replace(emulated.emulation.explored, theta=theta, log_likelihood=log_likelihood)
+    posterior = gc.Posterior(soil.SPACE.names, theta, np.full(1000, 1e-3))
+    apart = Emulated(result, replace(emulated.emulation, explored=explored, posterior=posterior))
+    first, second = apart.modes
+    assert (first.share, second.share) == pytest.approx((0.7, 0.3), abs=0.01)
+    for mode, centre, rows in ((first, centres[0], which == 0), (second, centres[1], which == 1)):
+        assert mode.centre == pytest.approx(centre, abs=0.3)
+        np.testing.assert_array_equal(mode.best, theta[rows][np.argmax(log_likelihood[rows])])
+    # The best run, at 30 degrees, is nearer to the first.
+    assert first.error == result.best.error < second.error
+    assert "2 separate groups of values, of 70 % and 30 %" in " ".join(text for _, said in verdict.found(result, apart) for text in said)
+    table = tables.of_modes(apart)
+    assert len(table.head) == len(table.rows[0]) == 5 and tables.of_modes(emulated) is None
+    with_matplotlib.draw(draw_emulated_pairs(apart))
+
+
+def test_every_figure_is_drawn_by_matplotlib_too(result):
+    drawn = {figure.name: figure for figure in figures(result)}
+    assert list(drawn) == ["responses", "samples", "emulator", "posterior", "fabric", "run_times"]
+    for figure in drawn.values():
+        with_matplotlib.draw(figure)
+    stress = drawn["responses"].panels[0]
+    assert [mark.name for mark in stress.marks if isinstance(mark, Band)] == ["90 % of measurements", "90 % of mean responses"]
+    failed = [mark for mark in drawn["samples"].panels[0].marks if mark.name.startswith("failed")]
+    assert sum(len(mark.x) for mark in failed if isinstance(mark, Points)) == result.failures
+
+
+def test_when_not_to_trust_it_is_said(result, emulated):
+    def said(emulation=None, **changes):
+        doubtful = copy(result)
+        for name, value in changes.items():
+            setattr(doubtful, name, value)
+        other = copy(emulated)
+        other.emulation = replace(emulated.emulation, **emulation or {})
+        return " ".join(verdict.doubts(doubtful, other))
+
+    assert "Nothing that was looked at speaks against it" in said(stopped_by="posterior_shift")
+    assert "The emulator is rough: near the posterior it misses held-out runs by 30 %" in said({"held_out": (0.3,)})
+    assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
+    assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
+    assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
+    assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
+    iterations = (*result.iterations[:-1], replace(result.iterations[-1], errors=result.iterations[-1].errors + 60))
+    assert "the model cannot reproduce the test that well" in said(iterations=iterations)
+
+
+def test_before_the_end_it_says_what_is_known_so_far(result, tmp_path):
+    running = copy(result)
+    running.iterations, running.learnt, running.stopped_by, running.stopped_because = result.iterations[:-1], result.learnt[:-1], None, None
+    assert "It has not been run again yet." in summarise(running) and "Not at its end: 2 batches are complete" in summarise(running)
+    write_report(running, tmp_path / "report.html")
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_browser_draws_it(width, request, tmp_path):
+    test_report.test_a_browser_draws_it_without_a_network_an_error_or_a_scroll_to_the_side("result", width, request, tmp_path)
+
+
+def test_without_a_response_nothing_is_found(tmp_path):
+    never = gc.PythonModel(lambda theta: {"stress_ratio": np.nan})
+    result = gc.calibrate(never, soil.reference(), soil.SPACE, method="posterior", workers=1)
+    assert result.stopped_by == "failures" and result.posterior is None and result.answer is None
+    assert "All 54 samples failed, so that nothing was found." in summarise(result)
+    write_report(result, tmp_path / "report.html")
+
+
+def test_figures_are_the_same_when_they_are_drawn_again(result):
+    from graincal.report.with_plotly import describe
+
+    once, again = (json.dumps([describe(panel) for panel in next(iter(figures(result))).panels]) for _ in range(2))
+    assert once == again
