@@ -64,7 +64,7 @@ def test_ranks_of_the_truth_are_uniform(ranks, band):
 
 
 def test_a_posterior_that_is_too_sure_is_refused(ranks, band):
-    # A deviation of 0.8 of what it should be puts 31 % of truths, not 20 %, in the outer tenths of the samples; by chance 250 ranks are within 2.5 % of that.
+    # A deviation of 0.8 of what it should be puts 31 % of truths, not 20 %, in the outer tenths of the samples; 250 ranks tell 20 % to 2.5 %.
     assert not all(band.holds(ranks[:, 1, quantity]) for quantity in range(3))
 
 
