@@ -1,15 +1,15 @@
 """How many evaluations calibrations need: graincal's methods and others, on three problems in closed form over the paper's five ranges.
 
-    python benchmarks/efficiency.py [--peers NAME=PYTHON ...] [--results FILE] [--seeds N] [--parts ...] [--problems ...] [--methods ...]
+    python benchmarks/efficiency.py [--peers NAME=PYTHON ...] [--results FILE] [--seeds N] [--parts PART ...] [--problems NAME ...] [--methods NAME ...]
 
 fit: evaluations until one of them has an error of at most 2 % (Eq. 6 of Hartmann, Cheng, Thornton 2022, equal shares), against a reference without
-noise. posterior: evaluations until the posterior of every parameter has its mean within 0.25 standard deviations and its standard deviation within 25 % of the
-exact one, against a reference with independent errors of 2 % of the peak, which the method is told. Truths are drawn at random from the inner 70 % of each
-range. Printed are the median and the quartiles over seeds, and how many never got there in as many evaluations as the method may have. "settled" is
-where graincal's posterior method would have stopped by itself, and at how many seeds its posterior was right then.
+noise. posterior: evaluations until the posterior of every parameter has its mean within 0.25 standard deviations and its standard deviation within
+25 % of the exact one, against a reference with independent errors of 2 % of the peak, which the method is told. Truths are drawn at random from the
+inner 70 % of each range. Printed are the median and the quartiles over seeds, and how many never got there in 600 evaluations (200 for graincal's posterior
+method). "settled" is where that one would have stopped by itself, and at how many seeds its posterior was right then.
 
-A peer runs in the Python that --peers names for it, or in this one; one whose packages are missing is skipped. With --results, runs are appended to a CSV as they
-end, and those it holds are not run again.
+A peer runs in the Python that --peers names for it, or in this one; one whose packages are missing is skipped. With --results, runs are appended
+to a CSV as they end, and those it holds are not run again.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ APART = 0.1
 
 @cache
 def exact_moments(name: str, seed: int, noise: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Means and standard deviations (n,) of the parameters, given the reference of that problem and seed with independent errors of this part of each peak."""
+    """Means and standard deviations (n,) of the parameters, given that problem's reference of that seed and noise."""
     problem = PROBLEMS[name]
     reference = problem.reference(seed, noise)
     runs = [walk(problem, reference, np.random.default_rng([seed, run])) for run in range(RUNS)]

@@ -6,7 +6,7 @@ settings=defaults: the tool's own, but for the number of samples, which has none
 import numpy as np
 from grainlearning import BayesianCalibration
 
-# What had the least medians, with 20, 40 or 80 samples, a target of 0.1 or 0.3, 1 or 8 components that share a covariance or do not; more samples fail less often.
+# What had the least medians, of 20, 40 or 80 samples, a target of 0.1 or 0.3, 1 or 8 components that share a covariance or do not.
 BEST = {
     "num_samples": 20,
     "Bayes_filter": {"ess_target": 0.3, "scale_cov_with_max": True},

@@ -19,7 +19,9 @@ import numpy as np
 
 @dataclass
 class Task:
-    """Parameters (n,) between low and high, to be found so that curves (T, J) are like `observed`; `deviations` (J,) are those of its errors, if it has any."""
+    """Parameters (n,) between low and high, to be found so that curves (T, J) are like `observed`.
+
+    deviations (J,): the standard deviations of independent errors that `observed` has; None where it has none."""
 
     names: list[str]
     low: np.ndarray

@@ -12,7 +12,9 @@ from scipy.stats import binom
 SIMULATED = 20_000
 
 
-def rank(truth: NDArray[np.float64], values: NDArray[np.float64], weights: NDArray[np.float64], draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
+def rank(
+    truth: NDArray[np.float64], values: NDArray[np.float64], weights: NDArray[np.float64], draws: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
     """How many of `draws` samples of a posterior are below the truth, 0 to draws: (q,), of q quantities whose true values are truth (q,).
 
     values (M, q) of samples with weights (M,) that sum to 1, from which the draws are taken at random.
@@ -25,8 +27,8 @@ def rank(truth: NDArray[np.float64], values: NDArray[np.float64], weights: NDArr
 class UniformBand:
     """A band that the empirical distribution of `count` uniform ranks from 0 to `draws` stays in everywhere with a given probability.
 
-    depth: twice the least probability, at any rank, of a count as extreme as the band's edge. depths (S,): those of simulated uniform ranks. Source: Säilynoja,
-    Bürkner, Vehtari (2022), Statistics and Computing 32, the adjustment by simulation.
+    depth: twice the least probability, at any rank, of a count as extreme as the band's edge. depths (S,): those of simulated uniform ranks.
+    Source: Säilynoja, Bürkner, Vehtari (2022), Statistics and Computing 32, the adjustment by simulation.
     """
 
     count: int
