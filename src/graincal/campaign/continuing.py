@@ -57,12 +57,12 @@ def refuse_another_past(store: Store, calibration: Calibration) -> int:
 
 def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
     """How many of the batches that are begun a posterior filter asks for by the calibration's criteria too."""
-    filter, complete = calibration.new_filter(), len(store.iterations())
+    filter, space, complete = calibration.new_filter(), calibration.space, len(store.iterations())
     for number in range(begun):
         asked, kept = filter.ask(), store.samples(number)
-        if filter.finished or (runs_at_answer(asked) and not runs_at_answer(kept)):
+        if filter.finished or (runs_at_answer(asked, space) and not runs_at_answer(kept, space)):
             raise InputError(f"{store.folder}: it would have ended after {number} of the {begun} iterations that are begun.")
-        if runs_at_answer(kept) and not runs_at_answer(asked):
+        if runs_at_answer(kept, space) and not runs_at_answer(asked, space):
             return number
         if number < complete:
             tell(filter, asked, store, calibration.experiments)

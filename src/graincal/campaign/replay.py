@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.store import Store, same
-from graincal.data import Response, Samples
+from graincal.data import ParameterSpace, Response, Samples
 
 INFEASIBLE = "infeasible"
 """The kind of a `Failure` by which a model says that a sample's parameters are impossible; other kinds say nothing of them."""
@@ -41,7 +40,6 @@ def replay(store: Store, calibration: Calibration) -> Filter:
     return filter
 
 
-def runs_at_answer(samples: Samples) -> bool:
-    """Whether they are the runs at one point with which the method "posterior" ends."""
-    theta: NDArray[np.float64] = samples.theta
-    return len(theta) > 1 and bool(np.all(theta == theta[0]))
+def runs_at_answer(samples: Samples, space: ParameterSpace) -> bool:
+    """Whether they are the runs at one point, but for a billionth of the ranges, with which the method "posterior" ends."""
+    return len(samples) > 1 and bool(np.all(np.ptp(space.to_unit(samples.theta), axis=0) < 1e-7))

@@ -164,7 +164,7 @@ class Result:
         last = self.iterations[-1]
         if not self.has_posterior:
             return None
-        if runs_at_answer(last.samples):
+        if runs_at_answer(last.samples, self.space):
             return Answer(last.samples.theta[0], last.samples.ids, last.errors)
         emulation = self.filter.emulation
         return Answer(emulation.answer, np.empty(0, dtype=np.int64), np.empty(0)) if emulation else None

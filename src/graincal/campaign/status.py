@@ -74,7 +74,7 @@ def _iterations(result: Result) -> list[dict[str, Any]]:
 
 def _answer(result: Result) -> dict[str, Any] | None:
     # Of runs that are there: before, only the emulator knows of an answer, and it takes its time.
-    if not (result.has_posterior and runs_at_answer(result.iterations[-1].samples)):
+    if not (result.has_posterior and runs_at_answer(result.iterations[-1].samples, result.space)):
         return None
     answer = result.answer
     theta = dict(zip(result.space.names, answer.theta.tolist()))

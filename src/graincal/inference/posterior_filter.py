@@ -198,7 +198,7 @@ class PosteriorFilter:
             return
         self._stops = self._reached()
         if self._stops and self.emulation:
-            self._ask(DefensiveMixture(self.space), 0, np.tile(self.emulation.answer, (REPLICATES, 1)))
+            self._ask(DefensiveMixture(self.space), 0, self._replicates(self.emulation.answer))
         elif self._stops:
             self._finished = True
         else:
@@ -225,6 +225,12 @@ class PosteriorFilter:
         self._proposal, self._drawn = proposal, count
         self._batch = Batch(Samples(ids, theta, self.space.names), self.references, self.space)
 
+    def _replicates(self, answer: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The answer, so many times: a billionth of the ranges apart, or a deterministic simulator would give the same run each time."""
+        middle = 0.5 * (self.space.low + self.space.high)
+        inwards = np.where(answer < middle, 1.0, -1.0)
+        return answer + 1e-9 * np.arange(REPLICATES)[:, None] * inwards * (self.space.high - self.space.low)
+
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""
         stop, count = self.stop, len(self._evaluations)
@@ -237,7 +243,7 @@ class PosteriorFilter:
         most = self.most_evaluations
         if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
             met["max_evaluations"] = f"{count} evaluations are done, and another batch would exceed the limit of {most}"
-        if met and not self._evaluations.usable.any():
+        if not self._evaluations.usable.any():
             return {"failures": f"all {count} evaluations failed"}
         return met
 
