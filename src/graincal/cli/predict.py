@@ -43,8 +43,8 @@ def predict(
         if target is not None:
             check(target, (against,) if against else ())
     result = Result.read(folder)
-    chosen = _chosen(result, experiment)
-    test = _test(chosen, path, confining_pressure)
+    chosen = chosen_experiment(result, experiment)
+    test = predicted_test(chosen, path, confining_pressure)
     reference = _reference(against, test) if against else None
     if reference is not None and axial_strain is not None:
         raise InputError("--against gives the axial strains, so --axial-strain cannot stand beside it.")
@@ -68,7 +68,8 @@ def predict(
             typer.echo(f"Written to {target}.")
 
 
-def _chosen(result: Result, name: str | None) -> Experiment:
+def chosen_experiment(result: Result, name: str | None) -> Experiment:
+    """The experiment of that name, or the first one, with a built-in test."""
     from graincal.models import StressPathTest
 
     built_in = [each for each in result.experiments if isinstance(each.model, StressPathTest)]
@@ -82,7 +83,8 @@ def _chosen(result: Result, name: str | None) -> Experiment:
     return found[0]
 
 
-def _test(experiment: Experiment, path: str | None, confining_pressure: float | None) -> StressPathTest:
+def predicted_test(experiment: Experiment, path: str | None, confining_pressure: float | None) -> StressPathTest:
+    """The experiment's test along another path, or at another pressure, its packing and settings the same."""
     from dataclasses import fields, replace
 
     from graincal.models import TESTS

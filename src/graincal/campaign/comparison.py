@@ -1,0 +1,59 @@
+"""Which of several models explains and predicts best: campaigns on the same references, compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from graincal.campaign.calibration import POSTERIOR
+from graincal.campaign.description import describe
+from graincal.campaign.result import Result
+from graincal.data import InputError
+from graincal.inference.scoring import Score
+
+# What determines the likelihood beside the references: of two campaigns both have to be the same, or their evidences are of different data.
+ERROR_OPTIONS = ("correlation_length", "discrepancy")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A campaign's log evidence with its sd, and how it predicted a test that none of them was fitted to, if there is one."""
+
+    name: str
+    log_evidence: float
+    log_evidence_std: float
+    score: Score | None
+
+
+def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = None) -> list[Contender]:
+    """The campaigns by name, the best first: by the log score of a held-out test where `scores` has one for each, else by log evidence.
+
+    An evidence depends on the ranges of the parameters: the wider they are for nothing, the smaller it is. A prediction does not.
+    Raises InputError for fewer than two campaigns, for others than of the method "posterior", and where references or errors differ.
+    """
+    if len(results) < 2:
+        raise InputError("a comparison needs two campaigns or more.")
+    for name, result in results.items():
+        if result.calibration.method != POSTERIOR:
+            raise InputError(f'{name}: its method is "{result.calibration.method}", and only campaigns of the method "{POSTERIOR}" have an evidence.')
+    _refuse_different_data(results)
+    contenders = [
+        Contender(name, result.log_evidence, result.learnt[-1].log_evidence_std, scores[name] if scores else None) for name, result in results.items()
+    ]
+    return sorted(contenders, key=lambda each: -(each.score.log_score if each.score else each.log_evidence))
+
+
+def _refuse_different_data(results: Mapping[str, Result]) -> None:
+    (first, reference), *others = ((name, _data(result)) for name, result in results.items())
+    for name, data in others:
+        for key, value in data.items():
+            if value != reference[key]:
+                raise InputError(f"{name} and {first} differ in {key}, so that they cannot be compared: the same references and errors were expected.")
+
+
+def _data(result: Result) -> dict[str, object]:
+    """What a likelihood is of: the references, without their notes, and what is assumed of their errors."""
+    experiments: Sequence[Mapping] = describe(result.calibration)["experiments"]
+    references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares")} for each in experiments]
+    options = {f"filter.{name}": result.calibration.filter_options.get(name) for name in ERROR_OPTIONS}
+    return {"the number of experiments": len(references), "their references": references, **options}

@@ -1,0 +1,55 @@
+"""graincal compare."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graincal.data import InputError
+
+
+def compare(
+    folders: Annotated[list[Path], typer.Argument(help="The folders of two campaigns or more, on the same references.", metavar="DIR...")],
+    against: Annotated[Path | None, typer.Option(help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
+    confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
+    samples: Annotated[int, typer.Option(help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
+    workers: Annotated[int | None, typer.Option(help="Simulations at once; all cores by default.")] = None,
+    seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
+) -> None:
+    """Rank models by how they predict a test that was held out, or else by the evidence of the references."""
+    from graincal.campaign import Result
+    from graincal.campaign.comparison import compare as compare_campaigns
+    from graincal.campaign.prediction import predict
+    from graincal.cli.comparison import read_comparison
+    from graincal.cli.predict import chosen_experiment, predicted_test
+
+    results = {str(folder): Result.read(folder) for folder in folders}
+    if len(results) < len(folders):
+        raise InputError("a campaign is named twice.")
+    # Refuses what cannot be compared before anything is simulated.
+    ranked = compare_campaigns(results)
+    if against:
+        scores = {}
+        for name, result in results.items():
+            test = predicted_test(chosen_experiment(result, None), None, confining_pressure)
+            reference = read_comparison(against, test.confining_pressure)
+            prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers)
+            scores[name] = prediction.against(reference)
+        ranked = compare_campaigns(results, scores)
+    elif confining_pressure is not None:
+        raise InputError("--confining-pressure is that of the test of --against, which is missing.")
+    width = max(len(each.name) for each in ranked)
+    best = max(each.log_evidence for each in ranked)
+    typer.echo(f"{'campaign':{width}}  log evidence  below the best" + ("  log score a value  error %  states in the 90 % band" if against else ""))
+    for each in ranked:
+        line = f"{each.name:{width}}  {each.log_evidence:>12.2f}  {best - each.log_evidence:>8.2f} ± {each.log_evidence_std:.2f}"
+        if each.score:
+            covered = ", ".join(f"{share:.0%} of {name}" for name, share in each.score.coverage.items())
+            line += f"  {each.score.log_score:>17.3f}  {each.score.error:>7.2f}  {covered}"
+        typer.echo(line)
+    if against:
+        typer.echo("Ranked by the log score of the test, measurement errors included: the larger, the more probable the test was under the prediction.")
+    else:
+        typer.echo("Ranked by log evidence, which depends on the ranges of the parameters: a test that was held out (--against) tells more.")
