@@ -158,7 +158,7 @@ def draw(rows: list[dict[str, str]], file: Path) -> None:
             axis.step(band.below, band.distribution(ranks) - band.below, where="mid", linewidth=1, label=name)
         axis.set(title=title, xlabel="rank of the truth, as a part of the draws", xlim=(0, 1))
     axes[0].set_ylabel("part of ranks below, minus uniform")
-    axes[1].legend(fontsize=7, loc="upper right")
+    axes[1].legend(fontsize=7, loc="lower left")
     figure.savefig(file, dpi=150)
 
 
