@@ -139,10 +139,11 @@ def _answer(result: Result, emulated: Emulated) -> str:
     said = [f"The posterior's maximum: {listed}."]
     known = np.isfinite(answer.errors)
     if known.any():
-        spread = f" ± {answer.spread:.2g}" if answer.spread > 0 else ""
+        repeated = answer.spread <= 1e-5 * answer.mean
+        spread = "" if repeated else f" ± {answer.spread:.2g}"
         said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {answer.mean:.3g}{spread} % from the reference (ε, Eq. 6).")
-        if answer.spread == 0:
-            said.append("The runs are identical: the model repeats itself, so that nothing is seen of its scatter.")
+        if repeated:
+            said.append("The runs, a billionth of the ranges apart, are alike: the model does not scatter.")
     if len(answer.errors) and not known.all():
         said.append(f"{(~known).sum()} of its runs failed.")
     if not len(answer.errors):
