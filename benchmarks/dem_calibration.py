@@ -4,9 +4,9 @@
 
 Three references, of other parameters and packings each, drained to 20 % of axial strain at 0.5 MPa: one on the calibration's own packing (at another density
 scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
-parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method
-is through when their mean error is at most 1.2 times the floor, or no better than 2 %. Those three are not counted. Finished calibrations are kept in the file of results and
-not run again.
+parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method is
+through when their mean error is at most 1.2 times the floor, or 2 %. Those three are not counted. Finished calibrations are kept in the file of results
+and not run again.
 """
 
 from __future__ import annotations
