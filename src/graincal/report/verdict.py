@@ -138,8 +138,8 @@ def _answer(result: Result, emulated: Emulated) -> str:
     listed = ", ".join(f"{shown.label} {numbers.value(value, 3)}{_unit(shown)}" for shown, value in zip(parameters(result.space), answer.theta))
     said = [f"The posterior's maximum: {listed}."]
     known = np.isfinite(answer.errors)
+    repeated = bool(known.any()) and answer.spread <= 1e-5 * answer.mean
     if known.any():
-        repeated = answer.spread <= 1e-5 * answer.mean
         spread = "" if repeated else f" ± {answer.spread:.2g}"
         said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {answer.mean:.3g}{spread} % from the reference (ε, Eq. 6).")
         if repeated:
@@ -150,7 +150,7 @@ def _answer(result: Result, emulated: Emulated) -> str:
         said.append("It has not been run again yet.")
     if best and best.sample in answer.samples:
         closest = f"The luckiest of them, at {best.error:.3g} %, is the closest of all {numbers.count(result.evaluations, 'run')}."
-        said.append(closest if answer.spread > 0 else f"None of {numbers.count(result.evaluations, 'run')} is closer.")
+        said.append(f"None of {numbers.count(result.evaluations, 'run')} is closer." if repeated else closest)
     elif best:
         said.append(f"The luckiest of {numbers.count(result.evaluations, 'run')} (sample {best.sample}) is {best.error:.3g} % from it; that its error is the least is partly chance.")
     said.append(f"{_causes(result)} alone lead to {emulated.expected_error():.2g} %.")
