@@ -75,7 +75,8 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     if answer and answer.mean > FAR * expected:
         said.append(
             f"The answer is {answer.mean:.3g} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
-            "or the errors are stated too small. The intervals leave that out, unless discrepancy = true."
+            "or the errors are stated too small, or the maximum lies where the emulator is wrong. "
+            + ("The intervals allow for a discrepancy of the model." if result.calibration.filter_options.get("discrepancy") else "The intervals leave that out; discrepancy = true allows for it.")
         )
     at_edge = [shown.label for shown, end in zip(parameters(result.space), _at_edge(result)) if end]
     if at_edge:
