@@ -5,7 +5,7 @@
 Three references, of other parameters and packings each, drained to 20 % of axial strain at 0.5 MPa: one on the calibration's own packing (at another density
 scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
 parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method is
-through when their mean error is at most 1.2 times the floor, or 2 %. Those three are not counted. Finished calibrations are kept in the file of results
+through when their mean error is at most 1.2 times the floor. Those three are not counted. Finished calibrations are kept in the file of results
 and not run again.
 """
 
@@ -96,7 +96,7 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
         only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=8)
         filter = IterativeBayesianFilter(SPACE, reference, seed=seed, stop=only_s)
     test = _test(packing)
-    limit = max(1.2 * floor, 2.0)
+    limit = 1.2 * floor
     evaluations, failures, seconds, particle_steps, through, last = 0, 0, 0.0, 0.0, None, float("nan")
     start = time.perf_counter()
     while not filter.finished:
