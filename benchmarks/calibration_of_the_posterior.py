@@ -15,12 +15,12 @@ not run again.
 from __future__ import annotations
 
 import argparse
-import csv
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 import numpy as np
+from kept_rows import append_row, read_rows
 from numpy.typing import NDArray
 from problems import PROBLEMS, SPACE, STRAIN
 from scipy.stats import binom
@@ -56,11 +56,11 @@ def main() -> None:
     parser.add_argument("--results", type=Path, help="a CSV to go on with")
     parser.add_argument("--figure", type=Path, help="where to draw the distributions and their band")
     arguments = parser.parse_args()
-    rows = {row["repetition"]: row for row in _read(arguments.results)}
+    rows = {row["repetition"]: row for row in read_rows(arguments.results)}
     left = [number for number in range(arguments.repetitions) if str(number) not in rows]
     for row in _run(left, arguments.processes):
         rows[row["repetition"]] = row
-        _append(arguments.results, row)
+        append_row(arguments.results, row, FIELDS)
     done = [rows[key] for key in sorted(rows, key=int)[: arguments.repetitions]]
     report(done)
     if arguments.figure:
@@ -160,24 +160,6 @@ def draw(rows: list[dict[str, str]], file: Path) -> None:
     axes[0].set_ylabel("part of ranks below, minus uniform")
     axes[1].legend(fontsize=7, loc="lower left")
     figure.savefig(file, dpi=150)
-
-
-def _read(file: Path | None) -> list[dict[str, str]]:
-    if file is None or not file.exists():
-        return []
-    with open(file, newline="", encoding="utf-8") as lines:
-        return list(csv.DictReader(lines))
-
-
-def _append(file: Path | None, row: dict[str, str]) -> None:
-    if file is None:
-        return
-    new = not file.exists()
-    with open(file, "a", newline="", encoding="utf-8") as lines:
-        writer = csv.DictWriter(lines, FIELDS)
-        if new:
-            writer.writeheader()
-        writer.writerow(row)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ to a CSV as they end, and those it holds are not run again.
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import os
 import subprocess
@@ -27,6 +26,7 @@ from pathlib import Path
 
 import numpy as np
 from exact import exact_moments
+from kept_rows import append_row, read_rows
 from numpy.typing import NDArray
 from problems import PROBLEMS, SPACE, Problem
 from threadpoolctl import threadpool_limits
@@ -97,7 +97,7 @@ def main() -> None:
     parser.add_argument("--methods", nargs="+", default=list(METHODS), choices=list(METHODS))
     arguments = parser.parse_args()
     pythons = dict(peer.split("=", 1) for peer in arguments.peers)
-    rows = _read(arguments.results)
+    rows = {(row["part"], row["problem"], row["method"], row["seed"]): row for row in read_rows(arguments.results)}
     with threadpool_limits(1):
         for part in arguments.parts:
             for name in arguments.problems:
@@ -112,7 +112,7 @@ def main() -> None:
                             if isinstance(run, str):
                                 missing = run
                                 break
-                            _append(arguments.results, run)
+                            append_row(arguments.results, run, FIELDS)
                         if run:
                             runs.append(run)
                     show(method, runs, missing)
@@ -236,24 +236,6 @@ def show(method: str, runs: list[dict[str, str]], missing: str | None) -> None:
     own = f"{np.median(settled):>9.0f}{right:>4} of {len(settled):<3}" if settled and runs[0]["part"] == "posterior" else f"{'':19}"
     seconds = np.median([float(run["seconds"]) for run in runs])
     print(f"{method:34}{median:>8}{f'{lower} to {upper}':>14}{f'{int(np.isinf(counts).sum())} of {len(runs)}':>12}{own}{seconds:>9.1f}", flush=True)
-
-
-def _read(file: Path | None) -> dict[tuple[str, ...], dict[str, str]]:
-    if file is None or not file.exists():
-        return {}
-    with open(file, newline="", encoding="utf-8") as lines:
-        return {(row["part"], row["problem"], row["method"], row["seed"]): row for row in csv.DictReader(lines)}
-
-
-def _append(file: Path | None, row: dict[str, str]) -> None:
-    if file is None:
-        return
-    new = not file.exists()
-    with open(file, "a", newline="", encoding="utf-8") as lines:
-        writer = csv.DictWriter(lines, FIELDS)
-        if new:
-            writer.writeheader()
-        writer.writerow(row)
 
 
 if __name__ == "__main__":
