@@ -7,9 +7,11 @@ import pytest
 
 from graincal import InputError, ParameterSpace, Reference
 from graincal.inference import PosteriorFilter, Stop
+from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.error_model import error_model
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import log_likelihood, marginal
+from graincal.inference.proposal import ProposalOutsideBox
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 
 A_HUNDRED = Stop(posterior_shift=False, max_iterations=False, max_evaluations=100)
@@ -132,6 +134,19 @@ def test_it_ends_in_words_where_every_evaluation_fails():
     filter = PosteriorFilter(BOX, measured(np.full(4, 0.5)), stop=Stop(max_iterations=2))
     finish(filter, test_curves, failed=lambda theta: np.ones(len(theta), dtype=bool))
     assert filter.stopped_by == "failures" and filter.posterior is None
+
+
+def test_it_ends_in_words_where_no_proposal_lies_in_the_box(monkeypatch):
+    filter = PosteriorFilter(BOX, measured(np.full(4, 0.5)))
+    samples = filter.ask()
+
+    def outside(*_):
+        raise ProposalOutsideBox("only 1e-9 of the proposal's mass lies within the parameters' ranges")
+
+    monkeypatch.setattr(DefensiveMixture, "draw", outside)
+    filter.tell(samples, test_curves(samples.theta))
+    assert filter.finished and filter.stopped_by == "proposal" and filter.posterior is not None
+    assert "within the parameters' ranges" in filter.stopped_because
 
 
 @pytest.mark.parametrize("options, words", [({"batch": 1}, "filter.batch"), ({"first_batch": 0}, "filter.first_batch"), ({"seed": -1}, "seed")])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from graincal.data import ParameterSpace
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.importance import log_evidence, log_importance_weights, normalised, pareto_k
+from graincal.inference.proposal import ProposalOutsideBox
 from graincal.inference.tempering import temper
 
 # Particles that find the posterior; then so many draws from a density fitted to them, in two rounds or more, until so many samples are effective.
@@ -66,19 +67,24 @@ def explore(
     proposals, drawn, logs = [], np.empty((0, space.size)), np.empty(0)
     while len(proposals) < 2 or (len(proposals) < MOST_ROUNDS and 1 / np.sum(weights**2) < EFFECTIVE):
         proposals.append(DefensiveMixture.fitted(space, theta, weights, rng, space.from_unit(found.wide)))
-        new = proposals[-1].draw(DRAWS, rng)
+        try:
+            new = proposals[-1].draw(DRAWS, rng)
+        except ProposalOutsideBox:
+            # No mixture fits: the tempered samples below stand for it.
+            drawn = np.empty((0, space.size))
+            break
         drawn = np.concatenate([drawn, new])
         logs = np.concatenate([logs, log_likelihood(space.to_unit(new))])
         densities = np.array([proposal.log_density(drawn) for proposal in proposals])
         log_weights = log_importance_weights(power * logs - space.log_volume, densities, np.full(len(proposals), DRAWS))
         theta, weights = drawn, normalised(log_weights)
-    size = len(log_weights)
-    if 1 / np.sum(weights**2) < TOO_FEW:
+    if not len(drawn) or 1 / np.sum(weights**2) < TOO_FEW:
         two = [temper(log_likelihood, space.size, MORE_PARTICLES // 2, rng, power=power) for _ in range(2)]
         theta, logs = space.from_unit(np.concatenate([each.unit for each in two])), np.concatenate([each.log_likelihood for each in two])
         evidences = [each.log_evidence for each in two]
         return Explored(
             theta, np.zeros(len(theta)), logs, float(np.mean(evidences)), float(abs(evidences[0] - evidences[1]) / 2), proposals[-1], tempered=True
         )
+    size = len(log_weights)
     std = float(np.sqrt(max(size * np.sum(weights**2) - 1, 0) / size))
     return Explored(drawn, log_weights, logs, log_evidence(log_weights, size), std, proposals[-1])

@@ -19,6 +19,7 @@ from graincal.inference.evaluations import Evaluations
 from graincal.inference.importance import normalised
 from graincal.inference.iteration import Iteration
 from graincal.inference.posterior import Posterior
+from graincal.inference.proposal import ProposalOutsideBox
 from graincal.inference.stop import Stop
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
@@ -117,7 +118,7 @@ class PosteriorFilter:
 
     @property
     def stopped_by(self) -> str | None:
-        """The criterion that ended the calibration, None while it runs: a field of `Stop`, or "failures" (no response to learn from)."""
+        """The criterion that ended the calibration, None while it runs: a field of `Stop`, "failures" (no response to learn from), or "proposal" (too little of it in the box)."""
         return next(iter(self._stops), None) if self._finished else None
 
     @property
@@ -217,7 +218,12 @@ class PosteriorFilter:
         self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), self.batch)
 
     def _ask(self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None) -> None:
-        drawn = proposal.draw(count, self._rng("draw")) if count else np.empty((0, self.space.size))
+        try:
+            drawn = proposal.draw(count, self._rng("draw")) if count else np.empty((0, self.space.size))
+        except ProposalOutsideBox as reason:
+            self._stops = {"proposal": f"{reason} (after batch {len(self._iterations) - 1})"}
+            self._finished = True
+            return
         theta = drawn if chosen is None else np.concatenate([drawn, chosen])
         ids = np.arange(len(theta), dtype=np.int64) + len(self._evaluations)
         for array in (ids, theta):
