@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference.ask_tell import AskTellFilter
 from graincal.inference.batch import Batch
 from graincal.inference.iteration import Iteration, weigh
 from graincal.inference.posterior import Posterior
@@ -18,7 +19,7 @@ from graincal.inference.stop import Stop
 from graincal.inference.weights import error_scale
 
 
-class IterativeBayesianFilter:
+class IterativeBayesianFilter(AskTellFilter):
     """Calibrates parameters against one or several references (Hartmann, Cheng, Thornton 2022, sections 2.2 and 5).
 
     Iteration 0 fills the box with N samples; each later one draws N from a mixture fitted to the weighted samples of the one before. Weights
@@ -67,63 +68,13 @@ class IterativeBayesianFilter:
         self._proposal: TruncatedMixture | None = None
         self._batch = self._new_batch(halton(space, self.samples_per_iteration, self._rng()))
 
-    def ask(self) -> Samples:
-        """All samples of the current iteration that have not been told; none when finished. Asking changes nothing."""
-        return self._batch.untold()
-
-    def tell(
-        self,
-        samples: Samples,
-        responses: NDArray[np.float64] | Sequence[NDArray[np.float64]],
-        failed: ArrayLike | None = None,
-        infeasible: ArrayLike | None = None,
-    ) -> None:
-        """Say what the model returned for some of the samples asked, in any order; the last one told completes the iteration.
-
-        `responses` is x (N, T, J) at the reference's own control values, in the order of its observables; with several experiments, a sequence of
-        such arrays. `failed` (N,) marks evaluations without a usable response; their rows are not looked at. A row with a value that is not
-        finite, in any experiment, counts as failed too; so does one that `infeasible` (N,) marks: any failure has weight zero here.
-        Raises InputError, and stores nothing, for samples that were not asked or already told, for other parameters under the id of one that
-        was asked, and for arrays of another shape.
-        """
-        self._batch.tell(samples, responses, failed, infeasible)
-        if not self.finished and self._batch.told.all():
-            self._complete_iteration()
-
-    @property
-    def finished(self) -> bool:
-        """Whether there is nothing more to ask."""
-        return bool(self._stops)
-
-    @property
-    def stopped_by(self) -> str | None:
-        """The criterion that ended the calibration, None while it runs.
-
-        A field of `Stop`, the first of Eq. 12 where several are met; or "failures" (no evaluation of an iteration succeeded),
-        "effective_sample_size" (no weights meet it), "proposal" (too little of it lies in the box).
-        """
-        return next(iter(self._stops), None)
-
-    @property
-    def stopped_because(self) -> str | None:
-        """All criteria met, as a sentence; None while it runs."""
-        if not self.finished:
-            return None
-        reasons = "; ".join(self._stops.values())
-        return reasons[0].upper() + reasons[1:] + "."
-
-    @property
-    def iterations(self) -> tuple[Iteration, ...]:
-        """The iterations that are complete."""
-        return tuple(self._iterations)
-
     @property
     def posterior(self) -> Posterior | None:
         """The weighted samples of the last iteration that has weights; None before there is one."""
         weighted = [iteration for iteration in self._iterations if not iteration.unweighted]
         return weighted[-1].posterior if weighted else None
 
-    def _complete_iteration(self) -> None:
+    def _complete_batch(self) -> None:
         batch = self._batch
         iteration = weigh(
             len(self._iterations),

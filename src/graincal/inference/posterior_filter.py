@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference.ask_tell import AskTellFilter
 from graincal.inference.batch import Batch
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.direct import Weighed, weigh_directly
@@ -26,7 +27,7 @@ from graincal.inference.stop import Stop
 REPLICATES = 3
 
 
-class PosteriorFilter:
+class PosteriorFilter(AskTellFilter):
     """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
 
     A first batch fills the box. After each batch the responses are emulated (`emulate`) and the next one is drawn from a density fitted to the
@@ -38,7 +39,7 @@ class PosteriorFilter:
     ...     filter.tell(samples, [curves(theta) for theta in samples.theta])
 
     The state is a function of the arguments and of what was told, as that of `IterativeBayesianFilter`: telling again what was stored, in any order
-    within a batch, restores a filter bit for bit. It never ends in an exception.
+    within a batch, restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.
 
     Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
@@ -82,28 +83,6 @@ class PosteriorFilter:
         self._finished = False
         self._ask(DefensiveMixture(space), self.first_batch)
 
-    def ask(self) -> Samples:
-        """All samples of the current batch that have not been told; none when finished. Asking changes nothing."""
-        return self._batch.untold()
-
-    def tell(
-        self,
-        samples: Samples,
-        responses: NDArray[np.float64] | Sequence[NDArray[np.float64]],
-        failed: ArrayLike | None = None,
-        infeasible: ArrayLike | None = None,
-    ) -> None:
-        """Say what the model returned for some of the samples asked, in any order; the last one told completes the batch.
-
-        As `IterativeBayesianFilter.tell`. `infeasible` (N,) marks samples whose parameters are impossible: they have the likelihood zero, where other
-        failures say nothing of the parameters.
-        """
-        self._batch.tell(samples, responses, failed, infeasible)
-        if not self.finished and self._batch.told.all():
-            # By one thread: with several, sums are taken in another order, and the last digits would depend on the machine.
-            with threadpool_limits(1):
-                self._complete_batch()
-
     @property
     def most_evaluations(self) -> int | None:
         """The limit on evaluations; None for no limit."""
@@ -113,26 +92,8 @@ class PosteriorFilter:
 
     @property
     def finished(self) -> bool:
-        """Whether there is nothing more to ask."""
+        """Whether there is nothing more to ask: the runs at the answer follow after the criteria are met."""
         return self._finished
-
-    @property
-    def stopped_by(self) -> str | None:
-        """The criterion that ended the calibration, None while it runs: a field of `Stop`, "failures" (no response to learn from), or "proposal" (too little of it in the box)."""
-        return next(iter(self._stops), None) if self._finished else None
-
-    @property
-    def stopped_because(self) -> str | None:
-        """All criteria met, as a sentence; None while it runs."""
-        if not self._finished:
-            return None
-        reasons = "; ".join(self._stops.values())
-        return reasons[0].upper() + reasons[1:] + "."
-
-    @property
-    def iterations(self) -> tuple[Iteration, ...]:
-        """The batches that are complete. Their weights are those of each batch's own samples; `s` is NaN."""
-        return tuple(self._iterations)
 
     @property
     def evaluations(self) -> Evaluations:
@@ -182,6 +143,11 @@ class PosteriorFilter:
     # The loop
 
     def _complete_batch(self) -> None:
+        # By one thread: with several, sums are taken in another order, and the last digits would depend on the machine.
+        with threadpool_limits(1):
+            self._learn_and_go_on()
+
+    def _learn_and_go_on(self) -> None:
         batch = self._batch
         self._evaluations = self._evaluations.with_batch(batch, self._proposal, self._drawn)
         if self._evaluations.usable.sum() < 2:

@@ -1,0 +1,77 @@
+"""What every filter is to whoever drives it: it is asked for samples, and told what became of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from graincal.data import Samples
+from graincal.inference.batch import Batch
+from graincal.inference.iteration import Iteration
+
+
+class AskTellFilter(ABC):
+    """A filter that asks for one batch after the other.
+
+    A subclass sets `_batch`, the evaluations under way, and in `_complete_batch` what follows of them: it appends to `_iterations`, and puts the
+    criteria that are met, each with a clause that says it, into `_stops`.
+    """
+
+    _batch: Batch
+    _iterations: list[Iteration]
+    _stops: dict[str, str]
+
+    @abstractmethod
+    def _complete_batch(self) -> None:
+        """All samples of the batch have been told: weigh them, and ask for others or finish."""
+
+    def ask(self) -> Samples:
+        """All samples of the current iteration that have not been told; none when finished. Asking changes nothing."""
+        return self._batch.untold()
+
+    def tell(
+        self,
+        samples: Samples,
+        responses: NDArray[np.float64] | Sequence[NDArray[np.float64]],
+        failed: ArrayLike | None = None,
+        infeasible: ArrayLike | None = None,
+    ) -> None:
+        """Say what the model returned for some of the samples asked, in any order; the last one told completes the iteration.
+
+        `responses` is x (N, T, J) at the reference's own control values, in the order of its observables; with several experiments, a sequence of
+        such arrays. `failed` (N,) marks evaluations without a usable response; their rows are not looked at. A row with a value that is not
+        finite, in any experiment, counts as failed too. `infeasible` (N,) marks failures whose parameters are impossible: their likelihood is zero,
+        where to a posterior other failures say nothing of the parameters. By the paper's method any failure has weight zero.
+        Raises InputError, and stores nothing, for samples that were not asked or already told, for other parameters under the id of one that
+        was asked, and for arrays of another shape.
+        """
+        self._batch.tell(samples, responses, failed, infeasible)
+        if not self.finished and self._batch.told.all():
+            self._complete_batch()
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is nothing more to ask."""
+        return bool(self._stops)
+
+    @property
+    def stopped_by(self) -> str | None:
+        """The criterion that ended the calibration, None while it runs: a field of `Stop`, the first where several are met; or what kept it from going
+        on, "failures" (no response to learn from), "effective_sample_size" (no weights meet it), "proposal" (too little of it lies in the box)."""
+        return next(iter(self._stops), None) if self.finished else None
+
+    @property
+    def stopped_because(self) -> str | None:
+        """All criteria met, as a sentence; None while it runs."""
+        if not self.finished:
+            return None
+        reasons = "; ".join(self._stops.values())
+        return reasons[0].upper() + reasons[1:] + "."
+
+    @property
+    def iterations(self) -> tuple[Iteration, ...]:
+        """The iterations that are complete."""
+        return tuple(self._iterations)
