@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
-from graincal.data import Reference
+from graincal.data import ParameterSpace, Reference
 from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.evaluations import Evaluations
@@ -24,12 +24,16 @@ LEAST_COUNT = 0.02
 # And its variances are judged by so many evaluations at the least.
 JUDGES = 10
 
+# The answer is sought from so many of the best samples and evaluations on.
+SEARCHES = 4
+
 
 @dataclass(frozen=True, eq=False)
 class Emulation:
     """The emulated posterior.
 
-    posterior: weighted samples. answer (n,): its maximum. log_evidence with its standard deviation: of the references, under the prior.
+    posterior: weighted samples. answer (n,): where the log likelihood expected is the largest, so that neither a response that is known to be
+    poor nor one that may be anything is the answer. log_evidence with its standard deviation: of the references, under the prior.
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses.
     coverage: how many of them lie in their 90 % intervals. weights (N,): of the evaluations themselves, zero where they carry none;
     effective_sample_size, a number of evaluations, and pareto_k tell what they are good for.
@@ -86,6 +90,9 @@ def emulate(
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
 
+    def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
+
     explored = explore(space, emulated, rng)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
@@ -98,7 +105,7 @@ def emulate(
         tuple(likelihoods),
         explored,
         Posterior(space.names, explored.theta, explored.weights),
-        _maximum(emulated, space, explored),
+        _most_probable(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
         tuple(float(np.sqrt(np.average(each.error**2, weights=near))) for each in held_out),
         float(np.mean([each.within.mean() for each in held_out])),
         weights,
@@ -121,15 +128,15 @@ def _nearness(responses: NDArray[np.float64], reference: Reference, errors: Erro
     return weights / weights.sum()
 
 
-def _maximum(log_likelihood, space, explored: Explored) -> NDArray[np.float64]:
-    """The maximum of the emulated posterior, from the best of its samples on."""
-    start = space.to_unit(explored.theta[int(np.argmax(explored.log_likelihood))])
+def _most_probable(expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where the log likelihood expected at points of the unit cube is the largest, from the best of the starts (M, n) on."""
+    order = np.argsort(-expected(starts), kind="stable")
     step = 1e-4 * np.eye(space.size)
 
     def downhill(point: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        logs = log_likelihood(np.concatenate([point[None], point + step, point - step]))
+        logs = expected(np.concatenate([point[None], point + step, point - step]))
         return -logs[0], (logs[space.size + 1 :] - logs[1 : space.size + 1]) / 2e-4
 
-    found = minimize(downhill, start, jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50})
-    best = found.x if -found.fun >= explored.log_likelihood.max() else start
-    return np.clip(space.from_unit(best), space.low, space.high)
+    searches = [minimize(downhill, starts[row], jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50}) for row in order[:SEARCHES]]
+    points = np.concatenate([starts[order[:1]], [search.x for search in searches]])
+    return np.clip(space.from_unit(points[np.argmax(expected(points))]), space.low, space.high)

@@ -81,3 +81,12 @@ class ReducedLikelihood:
     def __call__(self, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
         """log p(y | z), (N,), over all hypotheses."""
         return marginal(self.hypotheses(mean, variance), self.log_prior)
+
+    def expected(self, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The log likelihood expected of responses (N,), over all hypotheses: where a response is uncertain that is less than `__call__`'s log of an
+        expectation, which a response that is far off but may be anything can have, too."""
+        logs = np.empty((len(mean), len(self.constant)))
+        for h in range(len(self.constant)):
+            squares = np.sum(mean @ self.curvature[h] * mean, axis=1) + variance @ np.diag(self.curvature[h])
+            logs[:, h] = self.constant[h] + mean @ self.slope[h] - 0.5 * squares
+        return marginal(logs, self.log_prior)

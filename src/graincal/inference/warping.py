@@ -1,0 +1,40 @@
+"""Coordinates in which responses change evenly: powers of the parameters, found from the responses themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from graincal.inference.process import Process
+
+# The log of a power, before there is an evaluation: zero, more or less (one sd). And as far as it may go.
+LOG_POWER_STD, MOST_LOG_POWER = 0.5, 1.5
+
+DIFFERENCE = 1e-3
+
+
+def warped(unit: NDArray[np.float64], powers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (N, n) of the unit cube in the coordinates u^power: a power below 1 stretches the lower end of a range, one above 1 the upper end."""
+    return np.clip(unit, 0, 1) ** powers
+
+
+def even_powers(processes: Sequence[Process], unit: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Powers (n,) that make the values of all processes at points (N, n) the most probable, each process with the kernel that it has.
+
+    A kernel's lengths are the same over the whole of a range, and the response to a rolling coefficient is steep at its lower end and flat beyond.
+    One power a parameter serves all processes, so that few evaluations determine it. Source of the idea: Snoek, Swersky, Zemel, Adams (2014), ICML.
+    """
+
+    def surprise(logs: NDArray[np.float64]) -> float:
+        points = warped(unit, np.exp(logs))
+        return 0.5 * np.sum((logs / LOG_POWER_STD) ** 2) - sum(process.log_likelihood(points) for process in processes)
+
+    def with_gradient(logs: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        steps = DIFFERENCE * np.eye(len(logs))
+        return surprise(logs), np.array([surprise(logs + step) - surprise(logs - step) for step in steps]) / (2 * DIFFERENCE)
+
+    bounds = [(-MOST_LOG_POWER, MOST_LOG_POWER)] * len(start)
+    return np.exp(minimize(with_gradient, np.log(start), jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15}).x)
