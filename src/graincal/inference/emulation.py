@@ -83,9 +83,8 @@ def emulate(
     for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
         emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None)
         emulator.trust(_nearness(responses[usable], reference, model))
-        added = np.diag(emulator.truncation) + (emulator.simulator if scatter else 0)
         emulators.append(emulator)
-        likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, added))
+        likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter)))
 
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))

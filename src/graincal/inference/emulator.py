@@ -72,11 +72,22 @@ class Emulator:
         """The covariance of a run about the mean response at its Theta, (J T, J T)."""
         return (self.basis * self.nuggets) @ self.basis.T
 
+    def added(self, scatters: bool) -> NDArray[np.float64]:
+        """What a covariance of the reference about the emulated response holds beside the errors, (J T, J T): what the components leave out, and the scatter
+        of runs where the reference scatters like them."""
+        return np.diag(self.truncation) + (self.simulator if scatters else 0)
+
     def predict(self, unit: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The mean (M, q) of the components of the mean response at points (M, n), and the variance of that mean (M, q), without the nugget."""
         points = warped(unit, self.powers)
         means, variances = zip(*(process.predict(points) for process in self._processes))
         return np.column_stack(means), self.inflation * np.column_stack(variances)
+
+    def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Components (count, M, q) that mean responses may have at points (M, n), drawn jointly over the points."""
+        mean, points = self.predict(unit)[0], warped(unit, self.powers)
+        away = [np.sqrt(inflation) * process.draw(points, count, rng) for process, inflation in zip(self._processes, self.inflation)]
+        return mean + np.stack(away, axis=2)
 
     def trust(self, weights: NDArray[np.float64]) -> None:
         """Widen the variances of the mean to what the evaluations show, each predicted from the others, where it matters: by weights (N,) that sum to 1.

@@ -56,6 +56,12 @@ class Process:
         variance = self._variance - np.sum((covariance @ self._inverse.T) ** 2, axis=1)
         return covariance @ self._solved, np.maximum(variance, 0)
 
+    def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """What the values without nugget may be at points (M, n), less their mean, together: (count, M)."""
+        explained = self.covariance(unit, self._unit) @ self._inverse.T
+        values, vectors = np.linalg.eigh(self.covariance(unit, unit) - explained @ explained.T)
+        return rng.standard_normal((count, len(unit))) * np.sqrt(np.maximum(values, 0)) @ vectors.T
+
     def held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """How far each value is from its prediction by the others (N,), and the standard deviation of that, nugget included. Source: Rasmussen and Williams (2006), Eq. 5.12."""
         precision = np.sum(self._inverse**2, axis=0)

@@ -17,6 +17,7 @@ from graincal.inference.error_model import error_model, measurement_errors
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.proposal import systematic_resampling
+from graincal.inference.sensitivity import evidence_of_half_ranges, evidence_over_emulators, without_discrepancy
 from graincal.report.findings import PROBABILITY
 from graincal.report.groups import Group, find_groups
 
@@ -120,6 +121,30 @@ class Emulated:
             modes.append(Mode(group.share, group.centre, self.posterior.samples[int(np.argmax(likely))], float(errors.min()) if errors.size else np.nan))
         return tuple(modes)
 
+    @cached_property
+    def evidence_std(self) -> float:
+        """Of the log evidence: over responses that the emulators hold possible, and over explorations."""
+        with threadpool_limits(1):
+            drawn = evidence_over_emulators(self.emulation, self.result.space, np.random.default_rng(0))
+        return float(np.hypot(drawn.std(), self.emulation.explored.log_evidence_std))
+
+    @cached_property
+    def evidence_of_half_ranges(self) -> float:
+        """The log evidence with each range half as wide."""
+        return evidence_of_half_ranges(self.posterior, self.result.space, self.emulation.log_evidence)
+
+    @cached_property
+    def without_discrepancy(self) -> Posterior | None:
+        """The posterior if the model were able to reproduce the test; None where no discrepancy is allowed for anyway."""
+        options = self.result.calibration.filter_options
+        if not options.get("discrepancy"):
+            return None
+        filter = self.result.filter
+        with threadpool_limits(1):
+            return without_discrepancy(
+                self.emulation, self.result.space, filter.references, filter.scatters, options.get("correlation_length"), np.random.default_rng(0)
+            )
+
     def expected_error(self) -> float:
         """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average.
 
@@ -158,7 +183,7 @@ class Emulated:
             control_step=whole.control_step,
         )
         errors = error_model(reference, correlation_length=options.get("correlation_length"), discrepancy=options.get("discrepancy", False))
-        added = np.diag(emulator.truncation[rows]) + (emulator.simulator[rows, rows] if self.result.filter.scatters[number] else 0)
+        added = emulator.added(self.result.filter.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(reference, errors, emulator.centre[rows], emulator.basis[rows], added)
         space = self.result.space
         found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0))

@@ -83,9 +83,12 @@ def of_batches(result: Result) -> Table:
 
 
 def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
-    """Each parameter: range, truth where one is known, answer, interval, moments, strongest correlation and verdict."""
+    """Each parameter: range, truth where one is known, answer, interval, that without a discrepancy where one is allowed for, moments, strongest correlation
+    and verdict."""
     result, posterior, space = emulated.result, emulated.posterior, emulated.result.space
-    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", f"{100 * PROBABILITY:.0f} % interval", "mean ± sd", "sd / prior's")
+    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", f"{100 * PROBABILITY:.0f} % interval")
+    exact = emulated.without_discrepancy
+    head += (*(["without a discrepancy"] if exact else []), "mean ± sd", "sd / prior's")
     labels, mean, std = [shown.label for shown in parameters(space)], posterior.mean(), posterior.std()
     interval, correlation = posterior.interval(PROBABILITY), np.nan_to_num(posterior.correlation())
     np.fill_diagonal(correlation, 0)
@@ -95,7 +98,10 @@ def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
         if result.truth:
             row.append(numbers.short(result.truth[space.names[k]]) if space.names[k] in result.truth else "–")
         strongest = int(np.argmax(np.abs(correlation[k])))
-        row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k]), numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
+        row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k])]
+        if exact:
+            row.append(numbers.between(*exact.interval(PROBABILITY)[:, k]))
+        row += [numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
         row.append(f"{signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
         rows.append((*row, verdicts[k]))
     return Table((*head, "strongest correlation", "verdict"), tuple(rows))

@@ -42,7 +42,7 @@ def found(result: Result, emulated: Emulated | None) -> tuple[tuple[str, tuple[s
         said.append(("Modes", (modes,)))
     said.append(("Answer", (_answer(result, emulated),)))
     said.append(("Trust", doubts(result, emulated)))
-    said.append(("Evidence", (_evidence(result),)))
+    said.append(("Evidence", (_evidence(emulated),)))
     said.append(("End", (_ending(result),)))
     return tuple(said)
 
@@ -163,11 +163,12 @@ def _causes(result: Result) -> str:
     return "Measurement errors and the scatter of runs" if any(result.filter.scatters) else "Measurement errors"
 
 
-def _evidence(result: Result) -> str:
-    learnt = result.learnt[-1]
+def _evidence(emulated: Emulated) -> str:
+    half = emulated.evidence_of_half_ranges
     return (
-        f"log p(reference) = {learnt.log_evidence:.2f} ± {max(learnt.log_evidence_std, 0.005):.2f} (natural logarithm; ± one sd of the draws that estimate it, "
-        "the emulator's own error not counted). It compares models on the same reference, errors and ranges, and says nothing by itself."
+        f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(emulated.evidence_std, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
+        f"possible and over the draws that estimate it), and {half:.2f} if each range were half as wide about the posterior's mean: it depends on the ranges. "
+        "It compares models on the same reference, errors and ranges, and says nothing by itself."
     )
 
 
