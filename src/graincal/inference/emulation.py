@@ -77,7 +77,7 @@ def emulate(
     usable, unit, space = evaluations.usable, evaluations.unit, evaluations.space
     emulators, likelihoods = [], []
     for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
-        emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None)
+        emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None, space.columns(number))
         emulator.trust(_nearness(responses[usable], reference, model))
         added = np.diag(emulator.truncation) + (emulator.simulator if scatter else 0)
         emulators.append(emulator)

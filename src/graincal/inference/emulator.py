@@ -49,8 +49,18 @@ class Emulator:
     Theta. truncation (J T,): the variance of what the components leave out.
     """
 
-    def __init__(self, unit: NDArray[np.float64], responses: NDArray[np.float64], reference: Reference, start: Emulator | None = None) -> None:
-        """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at."""
+    def __init__(
+        self,
+        unit: NDArray[np.float64],
+        responses: NDArray[np.float64],
+        reference: Reference,
+        start: Emulator | None = None,
+        seen: slice | NDArray[np.intp] = slice(None),
+    ) -> None:
+        """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at.
+
+        seen: an index of the parameters that the model sees; the others are not looked at.
+        """
         peaks = np.abs(reference.values).max(axis=0)
         scale = np.repeat(np.where(peaks > 0, peaks, 1.0), len(reference.control))
         curves = columns(responses) / scale
@@ -64,9 +74,9 @@ class Emulator:
         self.basis = scale[:, None] * right[:q].T * deviation
         left_out = curves - middle - scores * deviation @ right[:q]
         self.truncation = scale**2 * np.mean(left_out**2, axis=0)
-        self._unit = unit
+        self._seen = seen
         starts = [process.kernel for process in start._processes] if start is not None else []
-        self._processes = [_Process(unit, score, starts[k] if k < len(starts) else None) for k, score in enumerate(scores.T)]
+        self._processes = [_Process(unit[:, seen], score, starts[k] if k < len(starts) else None) for k, score in enumerate(scores.T)]
         self.inflation = np.ones(q)
         self.nuggets = np.array([process.nugget for process in self._processes])
         self._total = np.sqrt(np.mean((curves - middle) ** 2))
@@ -79,7 +89,7 @@ class Emulator:
 
     def predict(self, unit: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The mean (M, q) of the components of the mean response at points (M, n), and the variance of that mean (M, q), without the nugget."""
-        means, variances = zip(*(process.predict(unit) for process in self._processes))
+        means, variances = zip(*(process.predict(unit[:, self._seen]) for process in self._processes))
         return np.column_stack(means), self.inflation * np.column_stack(variances)
 
     def trust(self, weights: NDArray[np.float64]) -> None:
