@@ -192,6 +192,10 @@ def test_a_calibration_file_says_it_by_a_key(tmp_path, capsys):
     with pytest.raises(gc.InputError) as error:
         read_calibration(path)
     assert str(error.value) == f'{path}: parameters.strength.per_experiment must be true or false, not "yes".'
+    path = write_calibration(tmp_path, own, ("[filter]", SECOND), ("dilatancy = {", '"strength (loose)" = {'))
+    with pytest.raises(gc.InputError) as error:
+        read_calibration(path)
+    assert str(error.value) == f'{path}: parameters: two unknowns would be called "strength (loose)"; give the parameters, or the experiments, other names.'
 
 
 class Engine:
@@ -228,7 +232,7 @@ def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypat
 
     for number, name in enumerate(("low", "high")):
         code, out, _ = call("predict", tmp_path / "campaign", "--experiment", name, "--path", "undrained", "--axial-strain", 0.1, "--samples", 200, "-o", tmp_path / "band.csv")
-        assert code == 0 and f'phi: the value of "{name}".' in out
+        assert code == 0 and f'Predicts with the value of phi in "{name}".' in out
         predicted = np.genfromtxt(tmp_path / "band.csv", delimiter=",", names=True)
         # Two hundred draws of sixty weighted samples, by their weights but for one draw each: a sixtieth of a spread of 40 degrees at most.
         assert predicted["stress_ratio_mean"][-1] == pytest.approx(1 + result.posterior.mean()[number] / 100, abs=0.01)

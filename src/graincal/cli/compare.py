@@ -35,6 +35,8 @@ def compare(
         scores = {}
         for name, result in results.items():
             chosen = chosen_experiment(result, experiment)
+            if own := result.space.per_experiment:
+                typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
             test = predicted_test(chosen, None, confining_pressure)
             reference = read_comparison(against, test.confining_pressure)
             prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)

@@ -63,7 +63,7 @@ def predict(
     if plot:
         draw_prediction(prediction, shown, reference, plot)
     if own := result.space.per_experiment:
-        typer.echo(f'{", ".join(own)}: {"the values" if len(own) > 1 else "the value"} of "{chosen.name}".')
+        typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))
     for target in (output, plot):
         if target is not None:
