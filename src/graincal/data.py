@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -29,7 +29,8 @@ def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64
 class ParameterSpace:
     """The unknown parameters and the box of their ranges.
 
-    `ranges` maps each name to (low, high), in the order of theta's columns; `units` maps names to units, for axes and tables.
+    `ranges` maps each name to (low, high), in the order of theta's columns; `units` maps names to units, for axes and tables. `per_experiment` names
+    the parameters that have a value of their own in each experiment; a calibration makes an unknown for each of these values (`for_experiments`).
 
     >>> ParameterSpace({"log_E": (7, 11), "phi": (0, 60)}, units={"log_E": "log10 Pa", "phi": "deg"}).names
     ('log_E', 'phi')
@@ -39,8 +40,15 @@ class ParameterSpace:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     units: tuple[str, ...]
+    per_experiment: tuple[str, ...]
+    parameters: tuple[str, ...]
+    """For each of theta's columns, the name of the parameter that it is a value of: that of the column, unless it is one of several values."""
+    experiments: tuple[int | None, ...]
+    """For each of theta's columns, the number of the one experiment whose value it is, from 0; None for all of them."""
 
-    def __init__(self, ranges: Mapping[str, tuple[float, float]], units: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, ranges: Mapping[str, tuple[float, float]], units: Mapping[str, str] | None = None, per_experiment: Collection[str] = ()
+    ) -> None:
         units = dict(units or {})
         if not ranges:
             raise InputError("parameters: at least one parameter with its range is needed.")
@@ -53,10 +61,15 @@ class ParameterSpace:
                 raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {limits!r}.")
         if unknown := set(units) - set(ranges):
             raise InputError(f"units: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
+        if unknown := set(per_experiment) - set(ranges):
+            raise InputError(f"per_experiment: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
         object.__setattr__(self, "names", tuple(ranges))
         object.__setattr__(self, "low", _read_only([limits[0] for limits in ranges.values()], ndim=1, what="low"))
         object.__setattr__(self, "high", _read_only([limits[1] for limits in ranges.values()], ndim=1, what="high"))
         object.__setattr__(self, "units", tuple(units.get(name, "") for name in ranges))
+        object.__setattr__(self, "per_experiment", tuple(name for name in ranges if name in per_experiment))
+        object.__setattr__(self, "parameters", self.names)
+        object.__setattr__(self, "experiments", (None,) * len(self.names))
 
     @classmethod
     def paper(cls) -> ParameterSpace:
@@ -88,6 +101,62 @@ class ParameterSpace:
     def to_unit(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Map the box (N, n) onto the unit cube."""
         return (np.asarray(theta, dtype=np.float64) - self.low) / (self.high - self.low)
+
+    def for_experiments(self, experiments: Sequence[str]) -> ParameterSpace:
+        """The unknowns of a calibration of these experiments, by their names: of a parameter in `per_experiment`, one for each experiment, side by side.
+
+        With one experiment each parameter has one value, whether in `per_experiment` or not. Raises InputError where two unknowns would bear one name.
+
+        >>> ParameterSpace({"phi": (0, 60), "eta_m": (0, 1)}, per_experiment=["eta_m"]).for_experiments(["0.5 MPa", "1 MPa"]).names
+        ('phi', 'eta_m (0.5 MPa)', 'eta_m (1 MPa)')
+        """
+        if self._told_apart:
+            return self
+        own = self.per_experiment if len(experiments) > 1 else ()
+        columns = [(k, number) for k, name in enumerate(self.names) for number in (range(len(experiments)) if name in own else (None,))]
+        names = [self.names[k] if number is None else f"{self.names[k]} ({experiments[number]})" for k, number in columns]
+        if twice := next((name for name in names if names.count(name) > 1), None):
+            raise InputError(f'parameters: two unknowns would be called "{twice}"; give the parameters, or the experiments, other names.')
+        space = self._of_columns([k for k, _ in columns], names)
+        object.__setattr__(space, "per_experiment", own)
+        object.__setattr__(space, "parameters", tuple(self.names[k] for k, _ in columns))
+        object.__setattr__(space, "experiments", tuple(number for _, number in columns))
+        return space
+
+    def of_experiment(self, experiment: int) -> ParameterSpace:
+        """The parameters as the model of an experiment (by its number, from 0) knows them: as they were before `for_experiments`, all of one value."""
+        seen = self._seen(experiment)
+        return self._of_columns(seen, [self.parameters[k] for k in seen])
+
+    def columns(self, experiment: int) -> slice | NDArray[np.intp]:
+        """An index of the columns of theta that the model of an experiment sees, in the order of `of_experiment`; where that is all, it copies nothing."""
+        seen = self._seen(experiment)
+        return slice(None) if len(seen) == self.size else np.array(seen, dtype=np.intp)
+
+    def seen_by(self, experiment: int, samples: Samples) -> Samples:
+        """The samples as the model of an experiment sees them: each with the values that belong to it, under the parameters' own names."""
+        return Samples(samples.ids, samples.theta[:, self.columns(experiment)], tuple(self.parameters[k] for k in self._seen(experiment)))
+
+    def check_experiments(self, count: int) -> None:
+        """Raise InputError where parameters have a value for each experiment, and the unknowns are not those of so many experiments."""
+        told_apart = {number for number in self.experiments if number is not None}
+        if self.per_experiment and told_apart != (set(range(count)) if count > 1 else set()):
+            raise InputError(
+                f"parameters: {', '.join(self.per_experiment)} is to have a value of its own in each experiment, and for {count} reference{'s' * (count > 1)} "
+                f"space.for_experiments(names) with as many names was expected."
+            )
+
+    @property
+    def _told_apart(self) -> bool:
+        return any(number is not None for number in self.experiments)
+
+    def _seen(self, experiment: int) -> list[int]:
+        return [k for k, number in enumerate(self.experiments) if number is None or number == experiment]
+
+    def _of_columns(self, columns: Sequence[int], names: Sequence[str]) -> ParameterSpace:
+        """A space of some columns of this one, under other names."""
+        ranges = {name: (self.low[k], self.high[k]) for k, name in zip(columns, names)}
+        return ParameterSpace(ranges, {name: self.units[k] for k, name in zip(columns, names)})
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ def test_a_prediction_that_fails_says_why(result, monkeypatch):
 
 def test_the_line_simulates_the_sample_again(result, tmp_path, monkeypatch):
     experiment = result.experiments[0]
-    line = simulate_command(experiment.model, as_samples(result, result.most_probable), experiment.reference)
+    line = simulate_command(experiment.model, as_samples(result, result.most_probable, experiment), experiment.reference)
     words = shlex.split(line)
     monkeypatch.chdir(tmp_path)
     run = CliRunner().invoke(app, words[1:])
@@ -89,7 +89,7 @@ def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
     experiment = result.experiments[0]
     packing = experiment.model.packing
     unnamed = gc.TriaxialTest(gc.Packing(packing.positions, packing.radii, packing.edges), 1e5, fixed=FIXED)
-    line = simulate_command(unnamed, as_samples(result, result.most_probable), experiment.reference)
+    line = simulate_command(unnamed, as_samples(result, result.most_probable, experiment), experiment.reference)
     assert f"--packing {PLACEHOLDER} --confining-pressure 100000 -p log_E=8 -p nu=0.2 -p phi=" in line
     assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")
 
@@ -113,9 +113,9 @@ def test_the_line_of_a_calibration_file_prints_the_error_from_anywhere(tmp_path,
 
 def test_a_precision_that_is_not_the_default_is_named(result):
     experiment = result.experiments[0]
-    assert "--precision" not in simulate_command(experiment.model, as_samples(result, result.most_probable), experiment.reference)
+    assert "--precision" not in simulate_command(experiment.model, as_samples(result, result.most_probable, experiment), experiment.reference)
     single = replace(experiment.model, precision="float32")
-    assert " --precision float32 " in simulate_command(single, as_samples(result, result.most_probable), experiment.reference)
+    assert " --precision float32 " in simulate_command(single, as_samples(result, result.most_probable, experiment), experiment.reference)
 
 
 def test_a_packing_that_was_prepared_comes_with_the_line_that_makes_it(result, tmp_path):

@@ -37,9 +37,10 @@ Filter = IterativeBayesianFilter | PosteriorFilter
 class Calibration:
     """The unknowns, the experiments and the method: everything that determines what a campaign finds.
 
+    space: the unknowns, those parameters told apart that have a value of their own in each experiment, whether they were when it was given or not.
     filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
     what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
-    nothing is found by them, and the report shows them beside what is. file: the path of the calibration file from the root, if there is one.
+    nothing is found by them, and the report shows them beside what is; of a parameter with a value for each experiment, either all or one of them. file: the path of the calibration file from the root, if there is one.
     """
 
     space: ParameterSpace
@@ -56,6 +57,9 @@ class Calibration:
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
         object.__setattr__(self, "filter_options", MappingProxyType(dict(self.filter_options)))
+        if isinstance(self.space, ParameterSpace):
+            object.__setattr__(self, "space", self.space.for_experiments([experiment.name for experiment in self.experiments]))
+            object.__setattr__(self, "truth", _truth_of_unknowns(self.space, self.truth))
         object.__setattr__(self, "truth", MappingProxyType(dict(self.truth)))
 
     def check(self) -> Calibration:
@@ -72,7 +76,8 @@ class Calibration:
         self._check_options()
         for name, value in self.truth.items():
             if name not in self.space.names:
-                raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, self.space.names)}; expected some of {', '.join(self.space.names)}.")
+                known = tuple(dict.fromkeys((*self.space.of_experiment(0).names, *self.space.names)))
+                raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, known)}; expected some of {', '.join(known)}.")
             if not (isinstance(value, Real) and np.isfinite(value)):
                 raise InputError(f"truth.{name} must be a number, not {value!r}.")
         if self.workers != "all" and (not isinstance(self.workers, int) or self.workers < 1):
@@ -81,8 +86,8 @@ class Calibration:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')
         self.new_filter()
-        for experiment in self.experiments:
-            self._check_model(experiment)
+        for number, experiment in enumerate(self.experiments):
+            self._check_model(experiment, self.space.of_experiment(number))
         return self
 
     def new_filter(self) -> Filter:
@@ -110,26 +115,33 @@ class Calibration:
             if criterion.name not in criteria and limit is not False and limit != criterion.default:
                 raise InputError(f'stop.{criterion.name} means nothing to method = "{self.method}", which looks at {", ".join(criteria)}.')
 
-    def _check_model(self, experiment: Experiment) -> None:
+    def _check_model(self, experiment: Experiment, space: ParameterSpace) -> None:
         control, model = experiment.reference.control_name, experiment.model
         if isinstance(model, StressPathTest):
             if control != model.control:
                 raise InputError(
                     f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
                 )
-            check_units(self.space)
-            check_ranges(self.space, model.law)
+            check_units(space)
+            check_ranges(space, model.law)
         try:
             check_observables(model, experiment.reference.names)
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
         # A model that is given no samples says what is wrong with everything else.
-        nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, self.space.size)), self.space.names)
+        nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names)
         try:
             for _ in experiment.evaluate(nothing):
                 pass
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
+
+
+def _truth_of_unknowns(space: ParameterSpace, truth: Mapping[str, float]) -> dict[str, float]:
+    """The truth by unknowns: that of a parameter is the truth of each of its values, where that one has none of its own."""
+    whole = set(space.parameters) - set(space.names)
+    of_each = {name: truth[parameter] for name, parameter in zip(space.names, space.parameters) if parameter in truth}
+    return of_each | {name: value for name, value in truth.items() if name not in whole}
 
 
 def check_observables(model: Model, names: Sequence[str]) -> None:

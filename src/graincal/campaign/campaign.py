@@ -66,7 +66,7 @@ class Campaign:
                 listener.experiment_begins(iteration, experiment.name, len(waiting), len(samples))
             self.store.begin(waiting.ids, number)
             # Closed at once if storing fails: what is under way must not go on behind an error.
-            with closing(experiment.evaluate(waiting, self.calibration.number_of_workers)) as outcomes:
+            with closing(experiment.evaluate(self.calibration.space.seen_by(number, waiting), self.calibration.number_of_workers)) as outcomes:
                 for row, outcome in outcomes:
                     id = int(waiting.ids[row])
                     self.store.record(id, number, outcome)

@@ -39,6 +39,7 @@ Texts = dict[str, str]
 class Parameter(Section):
     range: list[float] = Field(min_length=2, max_length=2, description="[low, high] with low < high")
     unit: str = Field("", description='text such as "deg"')
+    per_experiment: bool = Field(False, description="true or false")
 
     @field_validator("range")
     @classmethod
@@ -285,7 +286,12 @@ def _from_root(path: Path) -> Path:
 
 
 def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
-    space = ParameterSpace({name: entry.range for name, entry in file.parameters.items()}, {name: entry.unit for name, entry in file.parameters.items()})
+    parameters = file.parameters.items()
+    space = ParameterSpace(
+        {name: entry.range for name, entry in parameters},
+        {name: entry.unit for name, entry in parameters},
+        [name for name, entry in parameters if entry.per_experiment],
+    )
     return Calibration(
         space,
         [entry.build(folder) for entry in file.experiment],

@@ -21,11 +21,8 @@ from graincal.models import TESTS, PythonModel, StressPathTest, TableTest
 
 def describe(calibration: Calibration) -> dict[str, Any]:
     """Everything that determines what the campaign finds. Numbers keep every digit; equal calibrations have equal descriptions."""
-    space = calibration.space
     return {
-        "parameters": [
-            {"name": name, "range": [float(low), float(high)], "unit": unit} for name, low, high, unit in zip(space.names, space.low, space.high, space.units)
-        ],
+        "parameters": _describe_parameters(calibration.space),
         "experiments": [
             {"name": experiment.name, "reference": _describe_reference(experiment.reference), "model": _describe_model(experiment.model)}
             for experiment in calibration.experiments
@@ -46,7 +43,11 @@ def describe_stop(method: str, stop: Stop) -> dict[str, Any]:
 def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
     """The calibration that was described; `others` are its fields that a description leaves out."""
     parameters = description["parameters"]
-    space = ParameterSpace({p["name"]: tuple(p["range"]) for p in parameters}, {p["name"]: p["unit"] for p in parameters})
+    space = ParameterSpace(
+        {p["name"]: tuple(p["range"]) for p in parameters},
+        {p["name"]: p["unit"] for p in parameters},
+        [p["name"] for p in parameters if p.get("per_experiment")],
+    )
     experiments = [Experiment(e["name"], _restore_model(e["model"]), _restore_reference(e["reference"])) for e in description["experiments"]]
     return Calibration(
         space, experiments, description["method"], description["filter"], Stop(**description["stop"]), description["seed"], **others
@@ -62,6 +63,16 @@ class AbsentModel:
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Raise InputError: there is nothing to evaluate with."""
         raise InputError(f"its model ({self.name}) was handed over in Python, so that it must be again: graincal.resume(folder, model).")
+
+
+def _describe_parameters(space: ParameterSpace) -> list[dict[str, Any]]:
+    """The parameters as they were given; those with a value for each experiment are told apart again by the experiments' names."""
+    given = space.of_experiment(0)
+    return [
+        # Left out where it is false, as it is in campaigns of before there was a choice.
+        {"name": name, "range": [float(low), float(high)], "unit": unit, **({"per_experiment": True} if name in space.per_experiment else {})}
+        for name, low, high, unit in zip(given.names, given.low, given.high, given.units)
+    ]
 
 
 def _describe_reference(reference: Reference) -> dict[str, Any]:

@@ -27,7 +27,7 @@ def doubts(calibration: Calibration) -> list[str]:
         said += [f'Experiment "{name}": {doubt}' for doubt in unusual(test)]
     said += [f'Experiment "{experiment.name}": {doubt}' for experiment in calibration.experiments if (doubt := _unsheared(experiment.reference))]
     if tests:
-        space = calibration.space
+        space = calibration.space.of_experiment(0)
         said += unusual_parameters({f"parameters.{name}": (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)})
     if calibration.number_of_workers > (cores := available_cores()):
         said.append(f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it.")

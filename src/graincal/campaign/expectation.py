@@ -34,8 +34,8 @@ class Expectation:
 
 def expect(calibration: Calibration) -> list[Expectation]:
     """Time each experiment in the middle of the ranges: a test that is driven by strain at the beginning of it, others whole."""
-    samples = calibration.new_filter().ask()
-    return [_expect(experiment, calibration.space, samples) for experiment in calibration.experiments]
+    samples, space = calibration.new_filter().ask(), calibration.space
+    return [_expect(experiment, space.of_experiment(number), space.seen_by(number, samples)) for number, experiment in enumerate(calibration.experiments)]
 
 
 def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> Expectation:

@@ -58,8 +58,10 @@ def export_json(result: Result, folder: Path) -> list[Path]:
         "stopped_because": result.stopped_because,
         "grade": {"word": result.grade.word, "reasons": list(result.grade.reasons)} if result.grade else None,
         "parameters": {
-            name: {"range": [low, high], "unit": unit}
-            for name, low, high, unit in zip(result.space.names, result.space.low, result.space.high, result.space.units)
+            name: {"range": [low, high], "unit": unit, **({} if number is None else {"parameter": parameter, "experiment": result.experiments[number].name})}
+            for name, low, high, unit, parameter, number in zip(
+                result.space.names, result.space.low, result.space.high, result.space.units, result.space.parameters, result.space.experiments
+            )
         },
         "experiments": [
             {

@@ -49,22 +49,37 @@ class Prediction:
         return self.values[name]
 
 
-def predict(result: Result, model: Model, at: ArrayLike, *, control_name: str = "axial_strain", samples: int = 30, seed: int = 1, workers: int | None = None) -> Prediction:
+def predict(
+    result: Result,
+    model: Model,
+    at: ArrayLike,
+    *,
+    control_name: str = "axial_strain",
+    samples: int = 30,
+    seed: int = 1,
+    workers: int | None = None,
+    experiment: int | str | None = None,
+) -> Prediction:
     """Evaluate a model, another test of the same material, at parameters drawn from a result's posterior.
 
     at (T,): the control values. The draws are spread evenly over the posterior's weights. Each is one run: its scatter is part of the prediction.
-    Raises InputError where there is no posterior, and where every evaluation fails.
+    experiment: the number or name of the one whose values the parameters have, of which only some campaigns have several (`ParameterSpace.per_experiment`).
+    Raises InputError where there is no posterior, where several experiments could be meant, and where every evaluation fails.
     """
     posterior = result.posterior
     if posterior is None:
         raise InputError("a prediction needs a posterior, and the campaign has none yet.")
+    if experiment is None and result.space.per_experiment:
+        listed = ", ".join(f'"{each.name}"' for each in result.experiments)
+        raise InputError(f"a prediction needs to know whose value of {', '.join(result.space.per_experiment)} is meant: experiment = one of {listed} was expected.")
     if samples < 2:
         raise InputError(f"a prediction needs at least two samples of the posterior, not {samples}.")
     order = np.argsort(posterior.samples[:, 0])
     rows = order[systematic_resampling(posterior.weights[order], samples, np.random.default_rng(seed))]
     drawn = Samples(np.arange(samples), posterior.samples[rows], posterior.names)
     control = np.asarray(at, dtype=np.float64)
-    outcomes = dict(model.evaluate(drawn, control, workers=workers or available_cores()))
+    seen = result.space.seen_by(result.number(0 if experiment is None else experiment), drawn)
+    outcomes = dict(model.evaluate(seen, control, workers=workers or available_cores()))
     responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
     failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
     if not responses:

@@ -188,13 +188,13 @@ class Result:
 
     def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:
         """What the evaluation of a sample (its id) gave in an experiment (its number or name); None where it was left out after a failure in another."""
-        return self._store.outcome(sample, self._number(experiment))
+        return self._store.outcome(sample, self.number(experiment))
 
     def responses(self, iteration: int, experiment: int | str = 0) -> dict[str, NDArray[np.float64]]:
         """All responses of an iteration in an experiment: name -> (N, T), in the samples' order, NaN for failures. Feed them to the posterior's moments."""
         outcomes = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids]
         names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
-        states = len(self.experiments[self._number(experiment)].reference.control)
+        states = len(self.experiments[self.number(experiment)].reference.control)
         nothing = np.full(states, np.nan)
         return {name: np.array([o.values.get(name, nothing) if isinstance(o, Response) else nothing for o in outcomes]) for name in names}
 
@@ -215,8 +215,9 @@ class Result:
         write_report(self, Path(path))
         return Path(path)
 
-    def _number(self, experiment: int | str) -> int:
-        if isinstance(experiment, int):
+    def number(self, experiment: int | str) -> int:
+        """The number of an experiment, from 0, by its number or name. Raises InputError for one that there is not."""
+        if isinstance(experiment, int) and 0 <= experiment < len(self.experiments):
             return experiment
         names = [each.name for each in self.experiments]
         if experiment not in names:

@@ -264,7 +264,7 @@ class Store:
         return Iteration(index, self.samples(index), None, np.isnan(errors), observable_errors, errors, weights, s, size, gl_error, unweighted)
 
     def _as_samples(self, rows: Sequence[tuple[int, str]]) -> Samples:
-        names = tuple(parameter["name"] for parameter in self.description["parameters"])
+        names = self.calibration.space.names
         theta = np.array([json.loads(theta) for _, theta in rows], dtype=np.float64).reshape(-1, len(names))
         return Samples(np.array([id for id, _ in rows], dtype=np.int64), theta, names)
 

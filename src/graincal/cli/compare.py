@@ -14,6 +14,7 @@ def compare(
     folders: Annotated[list[Path], typer.Argument(help="The folders of two campaigns or more, on the same references.", metavar="DIR...")],
     against: Annotated[Path | None, typer.Option(help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
     confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
+    experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used for that test; the first one by default.", metavar="NAME")] = None,
     samples: Annotated[int, typer.Option(help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
     workers: Annotated[int | None, typer.Option(help="Simulations at once; all cores by default.")] = None,
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
@@ -33,13 +34,17 @@ def compare(
     if against:
         scores = {}
         for name, result in results.items():
-            test = predicted_test(chosen_experiment(result, None), None, confining_pressure)
+            chosen = chosen_experiment(result, experiment)
+            if own := result.space.per_experiment:
+                typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
+            test = predicted_test(chosen, None, confining_pressure)
             reference = read_comparison(against, test.confining_pressure)
-            prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers)
+            prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)
             scores[name] = prediction.against(reference)
         ranked = compare_campaigns(results, scores)
-    elif confining_pressure is not None:
-        raise InputError("--confining-pressure is that of the test of --against, which is missing.")
+    elif confining_pressure is not None or experiment is not None:
+        option = "--experiment" if confining_pressure is None else "--confining-pressure"
+        raise InputError(f"{option} is that of the test of --against, which is missing.")
     width = max(len(each.name) for each in ranked)
     best = max(each.log_evidence for each in ranked)
     typer.echo(f"{'campaign':{width}}  log evidence  below the best" + ("  log score a value  error %  states in the 90 % band" if against else ""))

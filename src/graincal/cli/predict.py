@@ -21,7 +21,7 @@ def predict(
     folder: Folder,
     confining_pressure: Annotated[float | None, typer.Option(help="Of the predicted test, in Pa; that of the experiment by default.")] = None,
     path: Annotated[str | None, typer.Option(help="The predicted stress path: triaxial, undrained, oedometric, constant-mean-stress; that of the experiment by default.", metavar="NAME")] = None,
-    experiment: Annotated[str | None, typer.Option(help="The experiment whose packing and settings are used; the first one by default.", metavar="NAME")] = None,
+    experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used; the first one by default.", metavar="NAME")] = None,
     against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
     increment: Annotated[float, typer.Option(help="The axial strain between states.")] = 0.004,
@@ -56,12 +56,14 @@ def predict(
         at = chosen.reference.control
     else:
         raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
-    prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=workers)
+    prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)
     if output:
         _write(prediction, output)
     shown = reference.names if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
     if plot:
         draw_prediction(prediction, shown, reference, plot)
+    if own := result.space.per_experiment:
+        typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))
     for target in (output, plot):
         if target is not None:

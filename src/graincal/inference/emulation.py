@@ -81,7 +81,7 @@ def emulate(
     usable, unit, space = evaluations.usable, evaluations.unit, evaluations.space
     emulators, likelihoods = [], []
     for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
-        emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None)
+        emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None, space.columns(number))
         emulator.trust(_nearness(responses[usable], reference, model))
         emulators.append(emulator)
         likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter)))

@@ -39,11 +39,21 @@ class Emulator:
     the variance of the mean response. Source: Higdon et al. (2008), JASA 103.
 
     centre (J T,), basis (J T, q): a response is centre + basis z, observable by observable. simulator (J T, J T): the covariance of runs at one
-    Theta. truncation (J T,): the variance of what the components leave out. powers (n,): of the parameters.
+    Theta. truncation (J T,): the variance of what the components leave out. powers: of the parameters that are seen.
     """
 
-    def __init__(self, unit: NDArray[np.float64], responses: NDArray[np.float64], reference: Reference, start: Emulator | None = None) -> None:
-        """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at."""
+    def __init__(
+        self,
+        unit: NDArray[np.float64],
+        responses: NDArray[np.float64],
+        reference: Reference,
+        start: Emulator | None = None,
+        seen: slice | NDArray[np.intp] = slice(None),
+    ) -> None:
+        """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at.
+
+        seen: an index of the parameters that the model sees; the others are not looked at.
+        """
         peaks = np.abs(reference.values).max(axis=0)
         scale = np.repeat(np.where(peaks > 0, peaks, 1.0), len(reference.control))
         curves = columns(responses) / scale
@@ -57,6 +67,8 @@ class Emulator:
         self.basis = scale[:, None] * right[:q].T * deviation
         left_out = curves - middle - scores * deviation @ right[:q]
         self.truncation = scale**2 * np.mean(left_out**2, axis=0)
+        unit = unit[:, seen]
+        self._seen = seen
         self.powers = np.ones(unit.shape[1]) if start is None else start.powers
         starts = [] if start is None else [process.kernel for process in start._processes]
         self._processes = _processes(warped(unit, self.powers), scores, starts)
@@ -79,15 +91,19 @@ class Emulator:
 
     def predict(self, unit: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The mean (M, q) of the components of the mean response at points (M, n), and the variance of that mean (M, q), without the nugget."""
-        points = warped(unit, self.powers)
+        points = self._points(unit)
         means, variances = zip(*(process.predict(points) for process in self._processes))
         return np.column_stack(means), self.inflation * np.column_stack(variances)
 
     def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Components (count, M, q) that mean responses may have at points (M, n), drawn jointly over the points."""
-        mean, points = self.predict(unit)[0], warped(unit, self.powers)
+        mean, points = self.predict(unit)[0], self._points(unit)
         away = [np.sqrt(inflation) * process.draw(points, count, rng) for process, inflation in zip(self._processes, self.inflation)]
         return mean + np.stack(away, axis=2)
+
+    def _points(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The processes' coordinates of points (M, n)."""
+        return warped(unit[:, self._seen], self.powers)
 
     def trust(self, weights: NDArray[np.float64]) -> None:
         """Widen the variances of the mean to what the evaluations show, each predicted from the others, where it matters: by weights (N,) that sum to 1.

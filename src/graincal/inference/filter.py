@@ -122,6 +122,7 @@ class IterativeBayesianFilter(AskTellFilter):
             raise InputError("stop: every criterion is switched off, so that nothing would end the calibration.")
         if not self.references:
             raise InputError("filter: at least one reference is needed.")
+        self.space.check_experiments(len(self.references))
         for reference in self.references:
             error_scale(reference, self.scale)
         if self.covariance not in COVARIANCES:

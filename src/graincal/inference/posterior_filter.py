@@ -247,6 +247,7 @@ class PosteriorFilter(AskTellFilter):
     def _check(self, scatters: Sequence[bool] | None) -> None:
         if not self.references:
             raise InputError("filter: at least one reference is needed.")
+        self.space.check_experiments(len(self.references))
         for name in ("first_batch", "batch"):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 2:

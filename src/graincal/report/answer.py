@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from graincal.campaign import Candidate, Result
+from graincal.campaign import Candidate, Experiment, Result
 from graincal.data import Samples
 
 
@@ -26,9 +26,10 @@ def name_of_answer(result: Result) -> str:
     return "most probable sample" if result.most_probable else "best sample"
 
 
-def as_samples(result: Result, candidate: Candidate) -> Samples:
-    """A candidate as a sample to be evaluated."""
-    return Samples(np.array([candidate.sample]), candidate.theta[None], result.space.names)
+def as_samples(result: Result, candidate: Candidate, experiment: Experiment) -> Samples:
+    """A candidate as a sample to be evaluated in an experiment."""
+    sample = Samples(np.array([candidate.sample]), candidate.theta[None], result.space.names)
+    return result.space.seen_by(result.number(experiment.name), sample)
 
 
 def errors_of(result: Result, candidate: Candidate) -> tuple[Mapping[str, float], ...]:

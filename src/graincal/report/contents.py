@@ -67,7 +67,7 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
         page.heading(f"Prediction at {pressure(prediction.test.confining_pressure)}")
         figure_of("prediction")
         page.paragraph([prediction.missing], "note")
-        page.command(simulate_command(prediction.test, as_samples(result, prediction.candidate), prediction.experiment.reference))
+        page.command(simulate_command(prediction.test, as_samples(result, prediction.candidate, prediction.experiment), prediction.experiment.reference))
     page.heading("Provenance")
     page.table(tables.of_experiments(result))
     page.table(tables.of_provenance(result))
@@ -125,7 +125,7 @@ def _simulate_again(page: Page, result: Result) -> None:
     titles = " and ".join(dict.fromkeys(experiment.model.title for experiment in tests))
     page.paragraph([f"The {name_of_answer(result)} in the built-in {titles}, to paste into a terminal:"])
     for experiment in tests:
-        page.command(simulate_command(experiment.model, as_samples(result, candidate), experiment.reference, comparison(result, experiment)))
+        page.command(simulate_command(experiment.model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment)))
     page.paragraph(["A second run differs from that of the calibration by the scatter of runs, and so does the error that it prints: a last digit sends grains other ways."], "note")
     packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}
     for line in dict.fromkeys(packed.values()):

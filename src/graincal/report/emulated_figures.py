@@ -11,7 +11,7 @@ from graincal.report import numbers
 from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, log_axis
 from graincal.report.emulated import DRAWN, Emulated
 from graincal.report.findings import PROBABILITY
-from graincal.report.pairs import bare, cell, centres, ends, few_ticks, truth_of_parameter, truth_of_pair
+from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_parameter, truth_of_pair
 from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, REFERENCE, THRESHOLD, VERMILLION, Style
 from graincal.report.quantities import parameters, quantity
 from graincal.report.responses import control_axis, prefix
@@ -56,7 +56,7 @@ def draw_bands(emulated: Emulated) -> Figure:
 def draw_emulated_pairs(emulated: Emulated) -> Figure:
     """The posterior in pairs of parameters: histograms on the diagonal beside the prior, pairs below it, correlations above."""
     result, space = emulated.result, emulated.result.space
-    axes = [_axis(emulated, k, shown.axis) for k, shown in enumerate(parameters(space))]
+    axes = [_axis(emulated, k, in_lines(shown.axis)) for k, shown in enumerate(parameters(space))]
     n = len(axes)
     title = f"The posterior, by {DRAWN} of its samples."
     said = "Histograms are of the probability; the dotted line is the prior, even over the whole range. Axes span the posterior, grey lines are ends of a range."

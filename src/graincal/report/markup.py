@@ -11,8 +11,8 @@ _TAGS = {"_": "sub", "^": "sup"}
 
 
 def to_html(text: str) -> str:
-    """As HTML, everything else escaped; Plotly's labels read it too, and take no dollar for TeX."""
-    escaped = html.escape(text, quote=False).replace("$", "&#36;")
+    """As HTML, lines too, everything else escaped; Plotly's labels read it too, and take no dollar for TeX."""
+    escaped = html.escape(text, quote=False).replace("$", "&#36;").replace("\n", "<br>")
     return _SCRIPT.sub(lambda found: f"<{_TAGS[found[1]]}>{found[2]}</{_TAGS[found[1]]}>", escaped)
 
 

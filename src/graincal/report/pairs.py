@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from graincal.report.emulated import Mode
 
 _BINS = 12
+_LABEL = 20
+"""Characters of a line of a label: what a cell is wide."""
 _SMALLEST, _LARGEST = 4.0, 13.0
 _WEIGHTED = Style(BLUE, opacity=0.85)
 _RING = Style(VERMILLION, symbol="ring", size=_LARGEST + 4)
@@ -69,7 +72,12 @@ def _axis(result: Result, iteration: Iteration, k: int, shown: Quantity) -> Axis
     truth = result.truth.get(result.space.names[k], values[0])
     low, high = float(min(values.min(), truth)), float(max(values.max(), truth))
     margin = 0.06 * (high - low) or 0.01 * float(result.space.high[k] - result.space.low[k])
-    return Axis(shown.axis, (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
+    return Axis(in_lines(shown.axis), (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
+
+
+def in_lines(label: str) -> str:
+    """The label in lines that do not run into the next cell's."""
+    return "\n".join(textwrap.wrap(label, _LABEL, break_long_words=False, break_on_hyphens=False))
 
 
 def bare(axis: Axis) -> Axis:

@@ -52,7 +52,7 @@ def predict_response(result: Result, factor: float | None) -> Prediction | None:
         missing = f"It was not simulated: the same sample took {numbers.duration(seconds)} in the calibration, and a report waits {LONGEST:g} s at most."
         return Prediction(experiment, test, candidate, calibrated, None, missing)
     bounded = replace(test, step_limit=min(test.step_limit, int(_MORE_STEPS * steps)))
-    [(_, outcome)] = bounded.evaluate(as_samples(result, candidate), experiment.reference.control, workers=1)
+    [(_, outcome)] = bounded.evaluate(as_samples(result, candidate, experiment), experiment.reference.control, workers=1)
     if isinstance(outcome, Response):
         return Prediction(experiment, test, candidate, calibrated, outcome)
     return Prediction(experiment, test, candidate, calibrated, None, f"It could not be simulated: {outcome.reason}")

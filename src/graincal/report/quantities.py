@@ -60,9 +60,12 @@ def quantity(name: str) -> Quantity:
 
 
 def parameters(space: ParameterSpace) -> tuple[Quantity, ...]:
-    """The parameters of a space, in their own units."""
-    units = (unit or ("-" if name in _DIMENSIONLESS else "") for name, unit in zip(space.names, space.units))
-    return tuple(Quantity(symbol(name), re.sub(r"^log10\b", "log_{10}", unit)) for name, unit in zip(space.names, units))
+    """The parameters of a space, in their own units; one experiment's value of a parameter has the experiment's name after the symbol."""
+    units = (unit or ("-" if parameter in _DIMENSIONLESS else "") for parameter, unit in zip(space.parameters, space.units))
+    return tuple(
+        Quantity(symbol(parameter) + name.removeprefix(parameter), re.sub(r"^log10\b", "log_{10}", unit))
+        for name, parameter, unit in zip(space.names, space.parameters, units)
+    )
 
 
 def symbol(name: str) -> str:
