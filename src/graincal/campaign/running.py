@@ -52,7 +52,7 @@ def calibrate(
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
     for the report to show. filter_options: alpha, effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch,
-    batch, correlation_length, discrepancy (see `PosteriorFilter`).
+    batch, ahead, correlation_length, discrepancy (see `PosteriorFilter`).
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):
