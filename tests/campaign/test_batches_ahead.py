@@ -111,9 +111,9 @@ def test_a_sample_that_fails_in_one_experiment_is_left_out_of_the_next():
 
         return [gc.Experiment("one", gc.PythonModel(infeasible), measured()), gc.Experiment("other", gc.PythonModel(other), measured())]
 
-    one, many = [], []
-    found = calibrate(experiments(one), workers=1)
-    assert_same(found, calibrate(experiments(many), workers=6))
+    one, many, stop = [], [], gc.Stop(max_iterations=2)
+    found = calibrate(experiments(one), stop=stop, workers=1)
+    assert_same(found, calibrate(experiments(many), stop=stop, workers=6))
     assert 0 < found.failures and sorted(one) == sorted(many) == sorted(map(tuple, found.samples[~found.failed]))
 
 
