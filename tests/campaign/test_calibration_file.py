@@ -109,8 +109,8 @@ def write_triaxial(folder, *replacements):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, correlation_length, discrepancy was expected."),
-        ("alpha = 10", 'method = "posterior"\nalpha = 10', 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, correlation_length, discrepancy was expected.'),
+        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, correlation_length, discrepancy was expected."),
+        ("alpha = 10", 'method = "posterior"\nalpha = 10', 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, ahead, correlation_length, discrepancy was expected.'),
         ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance was expected.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift means nothing to method = "iterative-bayesian", which looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations.'),

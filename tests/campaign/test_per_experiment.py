@@ -75,6 +75,14 @@ def test_both_values_are_found(results):
     np.testing.assert_allclose(results["iterative"].posterior.mean(), TRUTH, atol=0.15)
 
 
+def test_overlapping_batches_give_each_model_its_own_values():
+    result = calibrate(ahead=1, workers=2, **POSTERIOR)
+    for number in range(2):
+        sample = int(np.flatnonzero(~result.failed)[0])
+        expected = respond([result.samples[sample, number], result.samples[sample, 2]])
+        np.testing.assert_array_equal(result.response(int(result.ids[sample]), number).values["stress_ratio"], expected["stress_ratio"])
+
+
 def test_what_is_shared_is_known_better_than_from_either_alone(results):
     together = results["posterior"].posterior.std()
     for k, experiment in enumerate(experiments()):

@@ -1,5 +1,7 @@
 """A test on several packings: which sample runs on which, and that all of them are kept."""
 
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -57,3 +59,30 @@ def test_a_copy_at_another_pressure_has_the_packings_and_one_on_another_packing_
     assert replace(TEST, packing=PACKINGS[1]).packings == (PACKINGS[1],)
     with pytest.raises(InputError, match="a triaxial test needs a packing, or a list of them"):
         TriaxialTest([], 2e5)
+
+
+def test_a_sample_by_itself_gives_the_same_and_can_be_stopped():
+    one_by_one = TEST.one_by_one(STRAINS)
+    for id, expected in zip([7, 3], outcomes(TEST, [7, 3])):
+        found = one_by_one.evaluate(Samples(np.array([id]), np.array([THETA]), NAMES))
+        for name, values in found.values.items():
+            np.testing.assert_array_equal(values, expected[name])
+    endless = TriaxialTest(PACKINGS, 2e5, step_limit=10**15).one_by_one(np.linspace(0, 0.5, 100_000))
+    errors = []
+
+    def evaluate():
+        try:
+            endless.evaluate(Samples(np.array([0]), np.array([THETA]), NAMES))
+        except ValueError as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=evaluate, daemon=True)
+    thread.start()
+    time.sleep(0.5)
+    assert thread.is_alive()
+    endless.stop()
+    thread.join(5)
+    assert not thread.is_alive() and errors
+    # What moduli differ by, lengths do too: a critical time step goes with the root of the stiffness.
+    soft_and_stiff = Samples(np.arange(2), np.array([THETA, [10.0, *THETA[1:]]]), NAMES)
+    assert np.divide(*TEST.expected_lengths(soft_and_stiff)[::-1]) == pytest.approx(10)

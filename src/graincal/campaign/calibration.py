@@ -23,7 +23,7 @@ from graincal.suggestion import did_you_mean
 POSTERIOR = "posterior"
 
 _OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance")
-FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "correlation_length", "discrepancy")}
+FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "correlation_length", "discrepancy")}
 """The options of each method's filter."""
 
 _LIMITS = ("max_iterations", "max_evaluations")

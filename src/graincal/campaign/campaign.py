@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.curves import file_name, write_curve
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
@@ -16,7 +16,8 @@ from graincal.campaign.replay import tell
 from graincal.campaign.result import Result
 from graincal.campaign.store import Store
 from graincal.campaign.trouble import FolderError
-from graincal.data import Samples
+from graincal.campaign.workers import Workers
+from graincal.data import Failure, Response, Samples
 from graincal.inference import PosteriorFilter
 
 CURVES = "curves"
@@ -33,16 +34,27 @@ class Campaign:
         self.calibration = calibration
         self.store = store
         self.listeners = tuple(listeners)
+        self._given = 0
 
     def run(self) -> Result:
         """Go on to the end."""
         filter = self.calibration.new_filter()
+        if getattr(filter, "ahead", 0):
+            with closing(Workers(self.calibration.experiments, self.calibration.number_of_workers)) as workers:
+                return self._run(filter, workers)
+        return self._run(filter)
+
+    def _run(self, filter: Filter, workers: Workers | None = None) -> Result:
+        """workers: of a filter that asks for batches ahead; others' batches are evaluated as a whole."""
         known = len(self.store.iterations())
         while not filter.finished:
             index = len(filter.iterations)
-            samples = filter.ask()
-            self.store.ask(index, samples, len(self.calibration.experiments))
-            self._evaluate(index, samples)
+            samples = filter.under_way[0]
+            if workers:
+                self._evaluate_ahead(index, filter.under_way, workers)
+            else:
+                self.store.ask(index, samples, len(self.calibration.experiments))
+                self._evaluate(index, samples)
             tell(filter, samples, self.store, self.calibration.experiments)
             learnt = Learnt.of(filter) if isinstance(filter, PosteriorFilter) else None
             self.store.complete(filter.iterations[-1], learnt)
@@ -68,10 +80,43 @@ class Campaign:
             # Closed at once if storing fails: what is under way must not go on behind an error.
             with closing(experiment.evaluate(self.calibration.space.seen_by(number, waiting), self.calibration.number_of_workers)) as outcomes:
                 for row, outcome in outcomes:
-                    id = int(waiting.ids[row])
-                    self.store.record(id, number, outcome)
+                    self._record(int(waiting.ids[row]), number, outcome)
+
+    def _evaluate_ahead(self, first: int, batches: Sequence[Samples], workers: Workers) -> None:
+        """Have all batches under way evaluated, of which the first has this number, until that one is.
+
+        A sample goes from one experiment to the next by itself, unless it fails; to those who count, all that waits begins at once.
+        """
+        count = len(self.calibration.experiments)
+        for index, samples in enumerate(batches, first):
+            self.store.ask(index, samples, count)
+            if index < self._given:
+                continue
+            self._given = index + 1
+            begun = np.zeros(len(samples), dtype=bool)
+            for number, experiment in enumerate(self.calibration.experiments):
+                waiting = np.isin(samples.ids, self.store.waiting(index, number))
+                if waiting.any():
                     for listener in self.listeners:
-                        listener.evaluated(id, experiment.name, outcome)
+                        listener.experiment_begins(index, experiment.name, int(waiting.sum()), len(samples))
+                self._give(workers, index, number, samples.take(waiting & ~begun))
+                begun |= waiting
+        while any(len(self.store.waiting(first, number)) for number in range(count)):
+            task, outcome = workers.next()
+            self._record(task.id, task.experiment, outcome)
+            if isinstance(outcome, Response) and task.experiment + 1 < count:
+                samples = batches[task.iteration - first]
+                self._give(workers, task.iteration, task.experiment + 1, samples.take(samples.ids == task.id))
+
+    def _give(self, workers: Workers, iteration: int, number: int, samples: Samples) -> None:
+        if len(samples):
+            self.store.begin(samples.ids, number)
+            workers.give(iteration, number, self.calibration.space.seen_by(number, samples))
+
+    def _record(self, id: int, number: int, outcome: Response | Failure) -> None:
+        self.store.record(id, number, outcome)
+        for listener in self.listeners:
+            listener.evaluated(id, self.calibration.experiments[number].name, outcome)
 
 
 def write_curves(result: Result, folder: Path) -> None:

@@ -210,6 +210,7 @@ class FilterSection(Section):
     covariance: Literal["tied", "full"] = Field("tied", description='"tied" or "full"')
     first_batch: int | None = Field(None, ge=2, description="a whole number above 1")
     batch: int | None = Field(None, ge=2, description="a whole number above 1")
+    ahead: int = Field(0, ge=0, description="a whole number, not negative")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
 

@@ -59,8 +59,9 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
     """How many of the batches that are begun a posterior filter asks for by the calibration's criteria too."""
     filter, space, complete = calibration.new_filter(), calibration.space, len(store.iterations())
     for number in range(begun):
-        asked, kept = filter.ask(), store.samples(number)
-        if filter.finished or (runs_at_answer(asked, space) and not runs_at_answer(kept, space)):
+        # Of those that are not complete, some were asked for ahead.
+        asked, kept = next(iter(filter.under_way[number - len(filter.iterations) :]), None), store.samples(number)
+        if asked is None or (runs_at_answer(asked, space) and not runs_at_answer(kept, space)):
             raise InputError(f"{store.folder}: it would have ended after {number} of the {begun} iterations that are begun.")
         if runs_at_answer(kept, space) and not runs_at_answer(asked, space):
             return number

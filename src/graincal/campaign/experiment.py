@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Reference, Response, Samples
+from graincal.execution import OneByOne
 from graincal.models.interpolation import interpolate
 
 
 class Model(Protocol):
-    """Whatever evaluates samples."""
+    """Whatever evaluates samples.
+
+    It may offer one_by_one(at), a `OneByOne`, to a campaign that asks for batches ahead; if it does not, `evaluate` is then called from several threads
+    at once, each with one sample and one worker. And expected_lengths(samples), (N,): how the run lengths of samples compare with one another.
+    """
 
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Evaluate each sample at the control values `at` and yield (row, Response or Failure) in order of completion.
@@ -46,6 +51,22 @@ class Experiment:
             # Not left to the garbage collector: simulations under way are stopped now.
             if hasattr(outcomes, "close"):
                 outcomes.close()
+
+    def one_by_one(self) -> OneByOne:
+        """As `evaluate`, but of single samples and from any thread."""
+        at, offered = self.reference.control, getattr(self.model, "one_by_one", None)
+        each = offered(at) if offered else OneByOne(lambda sample: dict(self.model.evaluate(sample, at=at, workers=1))[0])
+
+        def compared(sample: Samples) -> Response | Failure:
+            outcome = each.evaluate(sample)
+            return self._compared(outcome) if isinstance(outcome, Response) else outcome
+
+        return replace(each, evaluate=compared)
+
+    def expected_lengths(self, samples: Samples) -> NDArray[np.float64]:
+        """How the run lengths of samples compare with one another, (N,): the same for all where the model does not know."""
+        expected = getattr(self.model, "expected_lengths", None)
+        return np.ones(len(samples)) if expected is None else expected(samples)
 
     def _compared(self, response: Response) -> Response | Failure:
         """The response at the reference's control values, or why it cannot be compared."""

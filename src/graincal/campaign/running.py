@@ -51,8 +51,9 @@ def calibrate(
     method: "iterative-bayesian" (Hartmann, Cheng, Thornton 2022), "sequential-monte-carlo", or "posterior", whose spreads follow from the measurement errors.
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
-    for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: alpha, effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch,
-    batch, correlation_length, discrepancy (see `PosteriorFilter`).
+    for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: alpha,
+    effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch, batch, ahead, correlation_length, discrepancy
+    (see `PosteriorFilter`).
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):

@@ -63,8 +63,14 @@ def status(folder: str | Path) -> dict[str, Any]:
 
 
 def _under_way(store: Store) -> dict[str, int] | None:
-    index = store.last_iteration()
+    index = _earliest(store)
     return None if index is None else {"index": index} | store.counts(index)
+
+
+def _earliest(store: Store) -> int | None:
+    """The iteration under way, or the last; of several under way the earliest, which all others wait for."""
+    last = store.last_iteration()
+    return None if last is None else min(last, len(store.iterations()))
 
 
 def _iterations(result: Result) -> list[dict[str, Any]]:
@@ -105,7 +111,7 @@ def _candidate(candidate: Candidate | None, space: ParameterSpace) -> dict[str, 
 
 def _seconds_left(store: Store, seconds: list[float]) -> float | None:
     """The mean run time for each evaluation that waits, shared by the workers."""
-    index = store.last_iteration()
+    index = _earliest(store)
     if index is None or not seconds:
         return None
     waiting = sum(len(store.waiting(index, experiment)) for experiment in range(len(store.calibration.experiments)))

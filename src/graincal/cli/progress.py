@@ -51,7 +51,8 @@ class Progress(Listener):
 
     def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
         self._heading = f"{self._of} {iteration}{self._limit}, {experiment}"
-        self._done, self._total, self._failed, self._began = 0, waiting, 0, time.monotonic()
+        # Beside what is left of a batch before it, which this one was asked for ahead of.
+        self._done, self._total, self._failed, self._began = 0, self._total - self._done + waiting, 0, time.monotonic()
         self._line(f"{self._heading}: {waiting} of {samples} samples to evaluate")
 
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:

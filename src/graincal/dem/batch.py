@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,10 +39,12 @@ def run_batch(
     step_limit: int,
     precision: str = "float64",
     economy: _native.Economy = _native.Economy(),
+    stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[Run]:
     """Simulate a packing under each law along the stages and yield the runs in order of completion. packing: one, or one for each law.
 
-    The longest expected run starts first. Closing the iterator, or an exception in its consumer, stops the simulations under way.
+    The longest expected run starts first. Closing the iterator, or an exception in its consumer, stops the simulations under way; and so does `stopped`,
+    which is asked several times a second, from any other thread: then there are no more runs.
     """
     packings = [packing] * len(laws) if isinstance(packing, Packing) else packing
     rows_of: dict[int, list[int]] = {}
@@ -59,7 +61,7 @@ def run_batch(
         batches.append((batch, rows))
     left = {number: len(rows) for number, (_, rows) in enumerate(batches)}
     try:
-        while left:
+        while left and not stopped():
             for number in list(left):
                 batch, rows = batches[number]
                 outcome = batch.next(_PATIENCE / len(left))

@@ -2,6 +2,7 @@
 
 from graincal.execution.cores import available_cores
 from graincal.execution.executor import evaluate_each
-from graincal.execution.processes import evaluate_in_processes
+from graincal.execution.one_by_one import OneByOne
+from graincal.execution.processes import CRASHED, Processes, evaluate_in_processes
 
-__all__ = ["available_cores", "evaluate_each", "evaluate_in_processes"]
+__all__ = ["CRASHED", "OneByOne", "Processes", "available_cores", "evaluate_each", "evaluate_in_processes"]

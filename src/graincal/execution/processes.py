@@ -22,7 +22,8 @@ from graincal.data import Failure, InputError
 Task = TypeVar("Task")
 Outcome = TypeVar("Outcome")
 
-_CRASHED = Failure("crashed", "the process that ran the evaluation ended abruptly: a crash in compiled code, or too little memory.")
+CRASHED = Failure("crashed", "the process that ran the evaluation ended abruptly: a crash in compiled code, or too little memory.")
+"""The outcome of an evaluation whose process ended abruptly."""
 
 
 def evaluate_in_processes(
@@ -44,7 +45,7 @@ def evaluate_in_processes(
     crashed = []
     with closing(_evaluate(call, list(enumerate(tasks)), count, prepare, timeout)) as outcomes:
         for index, outcome in outcomes:
-            if outcome is _CRASHED:
+            if outcome is CRASHED:
                 crashed.append((index, tasks[index]))
             else:
                 yield index, outcome
@@ -77,6 +78,46 @@ def _evaluate(
                     yield index, outcome
     finally:
         # At once: each waits until its process has gone.
+        with ThreadPoolExecutor(max(1, len(workers))) as ends:
+            list(ends.map(_Worker.end, workers))
+
+
+class Processes:
+    """Processes that are kept from one evaluation to the next: as many as are called for at once.
+
+    prepare and timeout as of `evaluate_in_processes`. Nothing is run again: the outcome of an evaluation whose process ends abruptly is `CRASHED`.
+    """
+
+    def __init__(self, prepare: Callable[[], object] | None = None, timeout: float | None = None) -> None:
+        self._prepare, self._timeout = prepare, timeout
+        self._workers: list[_Worker] = []
+        self._idle: list[_Worker] = []
+        self._lock = threading.Lock()
+        self._stopped = False
+
+    def run(self, call: Callable[[Task], Outcome], task: Task) -> Outcome | Failure:
+        """call(task) in a process that is idle, or a new one; from any thread. Raises InputError where processes cannot be started."""
+        with self._lock:
+            if not self._idle:
+                self._idle.append(_Worker(self._prepare, self._timeout))
+                self._workers.append(self._idle[-1])
+            worker = self._idle.pop()
+        worker.begin(call, 0, task)
+        if self._stopped:
+            # In between: whoever stopped them has not seen this process.
+            worker.end()
+        while (outcome := worker.outcome()) is None:
+            deadline = worker.deadline
+            wait(worker.events, None if deadline == inf else max(0.0, deadline - time.monotonic()), FIRST_COMPLETED)
+        with self._lock:
+            self._idle.append(worker)
+        return outcome
+
+    def stop(self) -> None:
+        """End all processes, and the evaluations that are under way."""
+        self._stopped = True
+        with self._lock:
+            workers = list(self._workers)
         with ThreadPoolExecutor(max(1, len(workers))) as ends:
             list(ends.map(_Worker.end, workers))
 
@@ -129,7 +170,7 @@ class _Worker:
                 return finished.result()
             except BrokenProcessPool:
                 self._lose()
-                return _CRASHED
+                return CRASHED
         if time.monotonic() < self.deadline:
             return None
         self._lose()
@@ -137,8 +178,9 @@ class _Worker:
 
     def end(self) -> None:
         """End the process, and the evaluation that is under way."""
-        if self._process is not None:
-            self._process.end(abruptly=self.busy)
+        # It may be lost in this moment.
+        if (process := self._process) is not None:
+            process.end(abruptly=self.busy)
 
     def _lose(self) -> None:
         self._process.end(abruptly=True)

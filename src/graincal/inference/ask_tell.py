@@ -9,28 +9,28 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Samples
-from graincal.inference.batch import Batch
+from graincal.inference.batch import Batch, Batches
 from graincal.inference.iteration import Iteration
 
 
 class AskTellFilter(ABC):
     """A filter that asks for one batch after the other.
 
-    A subclass sets `_batch`, the evaluations under way, and in `_complete_batch` what follows of them: it appends to `_iterations`, and puts the
-    criteria that are met, each with a clause that says it, into `_stops`.
+    A subclass puts batches into `_batches`, those under way, and says in `_complete_batch` what follows of the earliest, once it is complete: it appends
+    to `_iterations`, and puts the criteria that are met, each with a clause that says it, into `_stops`.
     """
 
-    _batch: Batch
+    _batches: Batches
     _iterations: list[Iteration]
     _stops: dict[str, str]
 
     @abstractmethod
-    def _complete_batch(self) -> None:
-        """All samples of the batch have been told: weigh them, and ask for others or finish."""
+    def _complete_batch(self, batch: Batch) -> None:
+        """All samples of the batch and of all before it have been told: weigh them, and ask for others or finish."""
 
     def ask(self) -> Samples:
-        """All samples of the current iteration that have not been told; none when finished. Asking changes nothing."""
-        return self._batch.untold()
+        """All samples that have not been told, of all iterations under way, the earliest first; none when finished. Asking changes nothing."""
+        return self._batches.untold()
 
     def tell(
         self,
@@ -39,7 +39,7 @@ class AskTellFilter(ABC):
         failed: ArrayLike | None = None,
         infeasible: ArrayLike | None = None,
     ) -> None:
-        """Say what the model returned for some of the samples asked, in any order; the last one told completes the iteration.
+        """Say what the model returned for some of the samples asked, in any order. Iterations are completed in order, by the last one told of each.
 
         `responses` is x (N, T, J) at the reference's own control values, in the order of its observables; with several experiments, a sequence of
         such arrays. `failed` (N,) marks evaluations without a usable response; their rows are not looked at. A row with a value that is not
@@ -48,9 +48,9 @@ class AskTellFilter(ABC):
         Raises InputError, and stores nothing, for samples that were not asked or already told, for other parameters under the id of one that
         was asked, and for arrays of another shape.
         """
-        self._batch.tell(samples, responses, failed, infeasible)
-        if not self.finished and self._batch.told.all():
-            self._complete_batch()
+        self._batches.tell(samples, responses, failed, infeasible)
+        while batch := self._batches.take_complete():
+            self._complete_batch(batch)
 
     @property
     def finished(self) -> bool:
@@ -70,6 +70,11 @@ class AskTellFilter(ABC):
             return None
         reasons = "; ".join(self._stops.values())
         return reasons[0].upper() + reasons[1:] + "."
+
+    @property
+    def under_way(self) -> tuple[Samples, ...]:
+        """All samples of each iteration that is asked for and not complete, told or not: the first is that of number `len(iterations)`."""
+        return tuple(batch.samples for batch in self._batches)
 
     @property
     def iterations(self) -> tuple[Iteration, ...]:

@@ -1,8 +1,9 @@
-"""The evaluations of one iteration as they come in: kept in the order asked, whatever the order told."""
+"""Evaluations as they come in: kept in the order asked, whatever the order told."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,11 +25,47 @@ class Batch:
         self.failed = np.zeros(len(samples), dtype=bool)
         self.infeasible = np.zeros(len(samples), dtype=bool)
         # Generous enough for values that went through a table, strict enough to notice another seed or another space.
-        self._tolerance = 1e-6 * (space.high - space.low)
+        self.tolerance = 1e-6 * (space.high - space.low)
+
+    def keep(self, rows: NDArray[np.intp], arrays: Sequence[NDArray[np.float64]], lost: NDArray[np.bool_], impossible: NDArray[np.bool_]) -> None:
+        """Keep what became of some rows (N,): responses, one (N, T, J) for each reference, not looked at where they are `lost` (N,)."""
+        self.told[rows] = True
+        self.failed[rows] = lost
+        self.infeasible[rows] = impossible
+        for mine, array in zip(self.responses, arrays):
+            mine[rows[~lost]] = array[~lost]
+
+
+class Batches:
+    """The batches under way, the earliest first. Ids count up from sample to sample and from batch to batch.
+
+    `asked` counts the samples of all batches there ever were.
+    """
+
+    def __init__(self) -> None:
+        self._under_way: deque[Batch] = deque()
+        self._last: Batch | None = None
+        self.asked = 0
+
+    def __len__(self) -> int:
+        return len(self._under_way)
+
+    def __iter__(self) -> Iterator[Batch]:
+        return iter(self._under_way)
+
+    def add(self, batch: Batch) -> None:
+        """Ask for one more."""
+        self._under_way.append(batch)
+        self._last = batch
+        self.asked += len(batch.samples)
+
+    def take_complete(self) -> Batch | None:
+        """The earliest, if all of it has been told, which is then under way no more; None otherwise."""
+        return self._under_way.popleft() if self._under_way and self._under_way[0].told.all() else None
 
     def untold(self) -> Samples:
-        """The samples that have not been told."""
-        return self.samples.take(~self.told)
+        """The samples that have not been told, of all batches."""
+        return _joined([batch.samples.take(~batch.told) for batch in self._under_way] or [self._last.samples.take(slice(0))])
 
     def tell(
         self,
@@ -37,7 +74,7 @@ class Batch:
         failed: ArrayLike | None,
         infeasible: ArrayLike | None = None,
     ) -> None:
-        """Store the responses of some samples, all or (on InputError) none; see `IterativeBayesianFilter.tell`."""
+        """Store the responses of some samples, all or (on InputError) none; see `AskTellFilter.tell`."""
         if not (hasattr(samples, "ids") and hasattr(samples, "theta")):
             raise InputError(f"tell: samples must be those of ask(), or some of them by take(), not {samples!r}.")
         rows = self._rows(samples)
@@ -46,18 +83,20 @@ class Batch:
         lost |= impossible
         for array in arrays:
             lost |= ~np.isfinite(array).all(axis=(1, 2))
-        self.told[rows] = True
-        self.failed[rows] = lost
-        self.infeasible[rows] = impossible
-        for mine, array in zip(self.responses, arrays):
-            mine[rows[~lost]] = array[~lost]
+        for batch in self._under_way:
+            mine = (rows >= 0) & (rows < len(batch.samples))
+            batch.keep(rows[mine], [array[mine] for array in arrays], lost[mine], impossible[mine])
+            rows = rows - len(batch.samples)
 
     def _rows(self, samples: Samples) -> NDArray[np.intp]:
+        """Which samples they are, counted from the first of the batches under way."""
         ids = np.asarray(samples.ids, dtype=np.int64)
-        rows = ids - self.samples.ids[0]
-        known = rows < len(self.samples)
-        # Ids count up from iteration to iteration, and earlier iterations are complete.
-        told = (rows < 0) | self.told[np.clip(rows, 0, len(self.told) - 1)]
+        all_asked = _joined([batch.samples for batch in self._under_way] or [self._last.samples.take(slice(0))])
+        is_told = np.concatenate([*(batch.told for batch in self._under_way), [True]])
+        rows = ids - (self.asked - len(all_asked))
+        known = ids < self.asked
+        # Earlier batches are complete.
+        told = (rows < 0) | is_told[np.clip(rows, 0, len(all_asked))]
         _, first = np.unique(ids, return_index=True)
         repeated = np.ones(len(ids), dtype=bool)
         repeated[first] = False
@@ -65,31 +104,37 @@ class Batch:
             if wrong.any():
                 raise InputError(f"tell: sample {ids[wrong][0]} {problem}.")
         theta = np.asarray(samples.theta, dtype=np.float64)
-        asked = self.samples.theta[rows]
+        asked = all_asked.theta[rows]
         if theta.shape != asked.shape:
             raise InputError(f"tell: the samples' theta must have the shape {asked.shape}, not {theta.shape}.")
-        same = np.all(np.abs(theta - asked) <= self._tolerance, axis=1)
+        same = np.all(np.abs(theta - asked) <= self._last.tolerance, axis=1)
         if not same.all():
             raise InputError(f"tell: sample {ids[~same][0]} has other parameters than the sample that was asked.")
         return rows
 
     def _arrays(self, responses: Sequence[NDArray[np.float64]] | NDArray[np.float64], count: int) -> list[NDArray[np.float64]]:
-        if len(self.responses) == 1:
+        shapes = [kept.shape[1:] for kept in self._last.responses]
+        if len(shapes) == 1:
             array = _numbers(responses)
             arrays = [array[0] if array.ndim == 4 and len(array) == 1 else array]
         elif not isinstance(responses, (Sequence, np.ndarray)):
-            raise InputError(f"tell: responses to {len(self.responses)} experiments are needed, an array for each, not {responses!r}.")
+            raise InputError(f"tell: responses to {len(shapes)} experiments are needed, an array for each, not {responses!r}.")
         else:
             arrays = [_numbers(response) for response in responses]
-        if len(arrays) != len(self.responses):
-            raise InputError(f"tell: responses to {len(self.responses)} experiments are needed, and {len(arrays)} given.")
-        for number, (array, mine) in enumerate(zip(arrays, self.responses), start=1):
-            shape = (count, *mine.shape[1:])
+        if len(arrays) != len(shapes):
+            raise InputError(f"tell: responses to {len(shapes)} experiments are needed, and {len(arrays)} given.")
+        for number, (array, expected) in enumerate(zip(arrays, shapes), start=1):
+            shape = (count, *expected)
             if array.shape != shape:
                 raise InputError(
                     f"tell: the responses to experiment {number} must have the shape {shape} (samples, states, observables), not {array.shape}."
                 )
         return arrays
+
+
+def _joined(parts: Sequence[Samples]) -> Samples:
+    """Samples one after the other."""
+    return Samples(np.concatenate([part.ids for part in parts]), np.concatenate([part.theta for part in parts]), parts[0].names)
 
 
 def _numbers(response: ArrayLike) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.inference.ask_tell import AskTellFilter
-from graincal.inference.batch import Batch
+from graincal.inference.batch import Batch, Batches
 from graincal.inference.iteration import Iteration, weigh
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import COVARIANCES, ProposalOutsideBox, TruncatedMixture, fit_mixture
@@ -66,7 +66,8 @@ class IterativeBayesianFilter(AskTellFilter):
         self._iterations: list[Iteration] = []
         self._stops: dict[str, str] = {}
         self._proposal: TruncatedMixture | None = None
-        self._batch = self._new_batch(halton(space, self.samples_per_iteration, self._rng()))
+        self._batches = Batches()
+        self._ask(halton(space, self.samples_per_iteration, self._rng()))
 
     @property
     def posterior(self) -> Posterior | None:
@@ -74,8 +75,7 @@ class IterativeBayesianFilter(AskTellFilter):
         weighted = [iteration for iteration in self._iterations if not iteration.unweighted]
         return weighted[-1].posterior if weighted else None
 
-    def _complete_batch(self) -> None:
-        batch = self._batch
+    def _complete_batch(self, batch: Batch) -> None:
         iteration = weigh(
             len(self._iterations),
             batch.samples,
@@ -105,17 +105,17 @@ class IterativeBayesianFilter(AskTellFilter):
             self._stops = {"proposal": f"{reason} (after iteration {iteration.index})"}
         else:
             self._proposal = proposal
-            self._batch = self._new_batch(theta)
+            self._ask(theta)
 
     def _rng(self) -> np.random.Generator:
         """The random numbers of the iteration that is about to begin."""
         return np.random.default_rng([self.seed, len(self._iterations)])
 
-    def _new_batch(self, theta: NDArray[np.float64]) -> Batch:
-        ids = np.arange(len(theta), dtype=np.int64) + len(self._iterations) * len(theta)
+    def _ask(self, theta: NDArray[np.float64]) -> None:
+        ids = np.arange(len(theta), dtype=np.int64) + self._batches.asked
         for array in (ids, theta):
             array.setflags(write=False)
-        return Batch(Samples(ids, theta, self.space.names), self.references, self.space)
+        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space))
 
     def _check(self) -> None:
         if all(getattr(self.stop, field.name) is False for field in fields(Stop) if field.name != "posterior_shift"):

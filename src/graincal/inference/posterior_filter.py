@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.inference.ask_tell import AskTellFilter
-from graincal.inference.batch import Batch
+from graincal.inference.batch import Batch, Batches
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.direct import Weighed, weigh_directly
 from graincal.inference.emulation import Emulation, emulate
@@ -38,10 +39,14 @@ class PosteriorFilter(AskTellFilter):
     ...     samples = filter.ask()
     ...     filter.tell(samples, [curves(theta) for theta in samples.theta])
 
-    The state is a function of the arguments and of what was told, as that of `IterativeBayesianFilter`: telling again what was stored, in any order
-    within a batch, restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.
+    So that nobody waits for the longest run of a batch, `ahead` batches more are asked for while one is under way: batch k is proposed from all up to
+    k - 1 - `ahead`, whatever has been told of those between, since a short run is not a better sample. Batches are learnt from in order, once
+    they are complete. When a criterion is met, what has been asked for by then is still awaited and used, and then the maximum run. Limits count what is asked for.
 
-    Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
+    The state is a function of the arguments and of what was told, as that of `IterativeBayesianFilter`: telling again what was stored, in any order,
+    restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.
+
+    Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples, `ahead` batches. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
     `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `scatters`: for each reference,
     whether the lab's sample is one of many like the model's runs, because these are spread over several packings; what runs at one Theta scatter by
@@ -56,6 +61,7 @@ class PosteriorFilter(AskTellFilter):
         *,
         first_batch: int | None = None,
         batch: int | None = None,
+        ahead: int = 0,
         correlation_length: float | None = None,
         discrepancy: bool = False,
         emulator: bool = True,
@@ -67,6 +73,7 @@ class PosteriorFilter(AskTellFilter):
         self.references = (references,) if isinstance(references, Reference) else tuple(references)
         self.first_batch = 4 * space.size if first_batch is None else first_batch
         self.batch = 2 * space.size if batch is None else batch
+        self.ahead = ahead
         self.emulator = emulator
         self.stop = stop
         self.seed = seed
@@ -81,7 +88,12 @@ class PosteriorFilter(AskTellFilter):
         self._weighed: list[Weighed | None] = []
         self._stops: dict[str, str] = {}
         self._finished = False
+        self._batches = Batches()
+        # Of each batch under way: the density, and how many samples were drawn from it.
+        self._origins: deque[tuple[DefensiveMixture, int]] = deque()
+        self._replicated = False
         self._ask(DefensiveMixture(space), self.first_batch)
+        self._propose()
 
     @property
     def most_evaluations(self) -> int | None:
@@ -142,42 +154,52 @@ class PosteriorFilter(AskTellFilter):
 
     # The loop
 
-    def _complete_batch(self) -> None:
+    def _complete_batch(self, batch: Batch) -> None:
         # By one thread: with several, sums are taken in another order, and the last digits would depend on the machine.
         with threadpool_limits(1):
-            self._learn_and_go_on()
+            self._learn(batch)
+            self._go_on()
 
-    def _learn_and_go_on(self) -> None:
-        batch = self._batch
-        self._evaluations = self._evaluations.with_batch(batch, self._proposal, self._drawn)
+    def _learn(self, batch: Batch) -> None:
+        self._evaluations = self._evaluations.with_batch(batch, *self._origins.popleft())
         if self._evaluations.usable.sum() < 2:
             self._emulations.append(None), self._weighed.append(None)
         elif self.emulator:
             before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
-            self._emulations.append(emulate(self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate"), before))
+            self._emulations.append(emulate(self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate", len(self._iterations)), before))
             self._weighed.append(None)
         else:
             self._emulations.append(None)
             self._weighed.append(weigh_directly(self._evaluations, self.references, self.errors))
         self._iterations.append(self._iteration(batch))
-        if self._stops:
-            self._finished = True
-            return
-        self._stops = self._reached()
-        if self._stops and self.emulation:
-            self._ask(DefensiveMixture(self.space), 0, self._replicates(self.emulation.answer))
-        elif self._stops:
-            self._finished = True
-        else:
+
+    def _go_on(self) -> None:
+        if not self._stops:
+            met = self._reached()
+            # Limits keep from asking for more; whether they end it is seen when all that was asked for is there.
+            self._stops = {name: clause for name, clause in met.items() if name == "posterior_shift"} if len(self._batches) else met
+        if not self._stops:
             self._propose()
+        elif len(self._batches):
+            return
+        elif self.emulation and not self._replicated and "proposal" not in self._stops:
+            self._replicated = True
+            self._ask(DefensiveMixture(self.space), 0, self._replicates(self.emulation.answer))
+        else:
+            self._finished = True
 
     def _propose(self) -> None:
-        rng = self._rng("propose")
+        """Ask for as many batches as may be under way, as far as the limits go."""
+        while not self._stops and len(self._batches) <= self.ahead and not self._reached():
+            self._propose_one()
+
+    def _propose_one(self) -> None:
+        rng = self._rng("propose", self._batches_asked)
         emulation = self.emulation
         if emulation and emulation.predicts:
             self._ask(emulation.explored.proposal, self.batch - 1, emulation.answer[None])
             return
-        weighed = self.weighed or weigh_directly(self._evaluations, self.references, self.errors)
+        weighed = self.weighed or (weigh_directly(self._evaluations, self.references, self.errors) if self._iterations else None)
         if weighed is None:
             self._ask(DefensiveMixture(self.space), self.batch)
             return
@@ -185,17 +207,17 @@ class PosteriorFilter(AskTellFilter):
 
     def _ask(self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None) -> None:
         try:
-            drawn = proposal.draw(count, self._rng("draw")) if count else np.empty((0, self.space.size))
+            drawn = proposal.draw(count, self._rng("draw", self._batches_asked)) if count else np.empty((0, self.space.size))
         except ProposalOutsideBox as reason:
             self._stops = {"proposal": f"{reason} (after batch {len(self._iterations) - 1})"}
-            self._finished = True
+            self._finished = not len(self._batches)
             return
         theta = drawn if chosen is None else np.concatenate([drawn, chosen])
-        ids = np.arange(len(theta), dtype=np.int64) + len(self._evaluations)
+        ids = np.arange(len(theta), dtype=np.int64) + self._batches.asked
         for array in (ids, theta):
             array.setflags(write=False)
-        self._proposal, self._drawn = proposal, count
-        self._batch = Batch(Samples(ids, theta, self.space.names), self.references, self.space)
+        self._origins.append((proposal, count))
+        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space))
 
     def _replicates(self, answer: NDArray[np.float64]) -> NDArray[np.float64]:
         """The answer, so many times: a billionth of the ranges apart, or a deterministic simulator would give the same run each time."""
@@ -205,17 +227,17 @@ class PosteriorFilter(AskTellFilter):
 
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""
-        stop, count = self.stop, len(self._evaluations)
+        stop, count = self.stop, self._batches.asked
         met = {}
         shift = max(self.shift(), self.shift(1))
         if self.emulator and stop.posterior_shift is not False and shift <= stop.posterior_shift:
             met["posterior_shift"] = f"the last two batches moved the posterior by at most {shift:.2f} standard deviations, and {stop.posterior_shift:g} is enough"
-        if stop.max_iterations is not False and len(self._iterations) >= stop.max_iterations:
+        if stop.max_iterations is not False and self._batches_asked >= stop.max_iterations:
             met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
         most = self.most_evaluations
         if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
             met["max_evaluations"] = f"{count} evaluations are done, and another batch would exceed the limit of {most}"
-        if not self._evaluations.usable.any():
+        if self._iterations and not self._evaluations.usable.any():
             return {"failures": f"all {count} evaluations failed"}
         return met
 
@@ -240,9 +262,13 @@ class PosteriorFilter(AskTellFilter):
     def _posteriors(self) -> list[Posterior | None]:
         return [emulation.posterior if emulation else None for emulation in self._emulations]
 
-    def _rng(self, purpose: str) -> np.random.Generator:
-        """The random numbers of one purpose after the batches that are complete."""
-        return np.random.default_rng([self.seed, len(self._iterations), sum(purpose.encode())])
+    @property
+    def _batches_asked(self) -> int:
+        return len(self._iterations) + len(self._batches)
+
+    def _rng(self, purpose: str, batch: int) -> np.random.Generator:
+        """The random numbers of one purpose and of the batch of this number."""
+        return np.random.default_rng([self.seed, batch, sum(purpose.encode())])
 
     def _check(self, scatters: Sequence[bool] | None) -> None:
         if not self.references:
@@ -252,6 +278,8 @@ class PosteriorFilter(AskTellFilter):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 2:
                 raise InputError(f"filter.{name} must be a whole number above 1, not {value!r}.")
+        if isinstance(self.ahead, bool) or not isinstance(self.ahead, (int, np.integer)) or self.ahead < 0:
+            raise InputError(f"filter.ahead must be a whole number, not negative, not {self.ahead!r}.")
         if scatters is not None and len(scatters) != len(self.references):
             raise InputError(f"filter.scatters must have one entry for each of the {len(self.references)} references.")
         if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Response, Samples
-from graincal.execution import available_cores, evaluate_each, evaluate_in_processes
+from graincal.execution import OneByOne, Processes, available_cores, evaluate_each, evaluate_in_processes
 from graincal.models.interpolation import covers, span
 from graincal.models.named_function import describe_exception, find_function
 
@@ -62,15 +62,36 @@ class PythonModel:
         at (T,): the control values that are asked for; a model with its own `control` answers on that. workers: threads or processes, all cores by
         default. Raises InputError where the model's control does not cover what is asked for, or where a named function cannot be found.
         """
+        call = self._evaluation(at)
+        tasks = [np.array(theta) for theta in samples.theta]
+        if tasks:
+            yield from self._run(call, tasks, workers or available_cores())
+
+    def one_by_one(self, at: ArrayLike) -> OneByOne:
+        """Evaluations of single samples, where `evaluate` would run them. Raises InputError as `evaluate` does."""
+        call = self._evaluation(at)
+        if self.executor is not None:
+            futures: set[Future] = set()
+
+            def hand_over(sample: Samples) -> Response | Failure:
+                future = self.executor.submit(call, np.array(sample.theta[0]))
+                futures.add(future)
+                future.add_done_callback(futures.discard)
+                return future.result()
+
+            return OneByOne(hand_over, lambda: [future.cancel() for future in list(futures)], queues=True)
+        if isinstance(self.function, str):
+            processes = Processes(partial(find_function, self.function, self.folder), self.timeout)
+            return OneByOne(lambda sample: processes.run(call, np.array(sample.theta[0])), processes.stop)
+        return OneByOne(lambda sample: call(np.array(sample.theta[0])))
+
+    def _evaluation(self, at: ArrayLike) -> _Evaluation:
         at = np.asarray(at, dtype=np.float64)
         if self.control is not None and not covers(self.control, at):
             raise InputError(f"the model covers the control values {span(self.control)}, and {span(at)} are asked for.")
         if isinstance(self.function, str):
             find_function(self.function, self.folder)
-        call = _Evaluation(self.function, self.folder, at if self.control is None else self.control)
-        tasks = [np.array(theta) for theta in samples.theta]
-        if tasks:
-            yield from self._run(call, tasks, workers or available_cores())
+        return _Evaluation(self.function, self.folder, at if self.control is None else self.control)
 
     def _run(self, call: _Evaluation, tasks: list[NDArray[np.float64]], workers: int) -> Iterator[tuple[int, Response | Failure]]:
         if self.executor is not None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
@@ -16,7 +17,7 @@ from graincal import _native
 from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
-from graincal.execution import available_cores
+from graincal.execution import OneByOne, available_cores
 from graincal.models.economy import DENSITY, Economy, density_scaling_of
 from graincal.models.plausibility import POSSIBLE_LOG_MODULI, impossible_pressure, modulus_itself, unusual_angle, unusual_log_modulus, unusual_pressure
 from graincal.suggestion import did_you_mean
@@ -204,7 +205,28 @@ class StressPathTest(Economy, ABC):
         theta = self.arrange(samples)
         return self._evaluate(theta, samples.ids % len(self.packings), at, workers or available_cores())
 
-    def _evaluate(self, theta: NDArray[np.float64], which: NDArray[np.int64], at: NDArray[np.float64], threads: int) -> Iterator[tuple[int, Response | Failure]]:
+    def one_by_one(self, at: ArrayLike) -> OneByOne:
+        """Simulations of single samples, each on one thread. Raises InputError for control values that cannot be reached."""
+        at, stopped = self.checked(at), threading.Event()
+
+        def evaluate(sample: Samples) -> Response | Failure:
+            ((_, outcome),) = self._evaluate(self.arrange(sample), sample.ids % len(self.packings), at, 1, stopped.is_set)
+            return outcome
+
+        return OneByOne(evaluate, stopped.set)
+
+    def expected_lengths(self, samples: Samples) -> NDArray[np.float64]:
+        """How the run lengths of samples compare with one another, (N,)."""
+        return relative_run_lengths(self.law, self.arrange(samples))
+
+    def _evaluate(
+        self,
+        theta: NDArray[np.float64],
+        which: NDArray[np.int64],
+        at: NDArray[np.float64],
+        threads: int,
+        stopped: Callable[[], bool] = lambda: False,
+    ) -> Iterator[tuple[int, Response | Failure]]:
         possible = []
         for row, values in enumerate(theta):
             if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value, self.law)]:
@@ -225,6 +247,7 @@ class StressPathTest(Economy, ABC):
             step_limit=self.step_limit,
             precision=self.precision,
             economy=self.economy,
+            stopped=stopped,
         )
         tests = self.alone
         for run in runs:

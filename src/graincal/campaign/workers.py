@@ -1,0 +1,99 @@
+"""Workers that go from one evaluation to the next, of whichever batch or experiment: none waits for the longest run of a batch."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from heapq import heappop, heappush
+from math import inf
+from queue import SimpleQueue
+from typing import NamedTuple
+
+from graincal.campaign.experiment import Experiment
+from graincal.data import Failure, Response, Samples
+from graincal.execution import CRASHED
+
+
+class Task(NamedTuple):
+    """One evaluation. Tasks are taken in the order of their fields: the earliest batch first, then one experiment after the other, the longest run first."""
+
+    iteration: int
+    experiment: int
+    shortness: float
+    id: int
+
+
+class Workers:
+    """Threads, `count` of them at most, each with one evaluation at a time; they do not stop while whoever is told an outcome thinks about it."""
+
+    def __init__(self, experiments: Sequence[Experiment], count: int) -> None:
+        self._experiments = experiments
+        self._models = [experiment.one_by_one() for experiment in experiments]
+        # What waits in an executor's queue is no work of this machine's.
+        self._most = inf if all(model.queues for model in self._models) else count
+        self._samples: dict[int, Samples] = {}
+        self._waiting: list[Task] = []
+        self._changed = threading.Condition()
+        self._threads = self._idle = self._given = 0
+        self._closed = False
+        self._outcomes: SimpleQueue[tuple[Task, Response | Failure | BaseException]] = SimpleQueue()
+        self._crashed: list[Task] = []
+        self._again: set[Task] = set()
+
+    def give(self, iteration: int, experiment: int, samples: Samples) -> None:
+        """Have samples of an iteration evaluated in an experiment."""
+        lengths = self._experiments[experiment].expected_lengths(samples)
+        for row, (id, length) in enumerate(zip(samples.ids, lengths)):
+            self._samples[int(id)] = samples.take([row])
+            self._put(Task(iteration, experiment, -float(length), int(id)))
+
+    def next(self) -> tuple[Task, Response | Failure]:
+        """Wait for an evaluation to end. Raises what the model raised.
+
+        One whose process ended abruptly is run again when nothing else is under way, for memory may have been short.
+        """
+        while True:
+            if not self._given and self._crashed:
+                task = self._crashed.pop()
+                self._again.add(task)
+                self._put(task)
+            task, outcome = self._outcomes.get()
+            self._given -= 1
+            if isinstance(outcome, BaseException):
+                raise outcome
+            if outcome is not CRASHED or task in self._again:
+                return task, outcome
+            self._crashed.append(task)
+
+    def close(self) -> None:
+        """End what is under way, and begin nothing more."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        for model in self._models:
+            model.stop()
+
+    def _put(self, task: Task) -> None:
+        self._given += 1
+        with self._changed:
+            heappush(self._waiting, task)
+            if self._idle < len(self._waiting) and self._threads < self._most:
+                self._threads += 1
+                # A function that never ends must not keep the interpreter from ending.
+                threading.Thread(target=self._work, daemon=True).start()
+            self._changed.notify()
+
+    def _work(self) -> None:
+        while (task := self._take()) is not None:
+            try:
+                outcome = self._models[task.experiment].evaluate(self._samples[task.id])
+            except BaseException as error:
+                outcome = error
+            self._outcomes.put((task, outcome))
+
+    def _take(self) -> Task | None:
+        with self._changed:
+            self._idle += 1
+            self._changed.wait_for(lambda: self._waiting or self._closed)
+            self._idle -= 1
+            return None if self._closed else heappop(self._waiting)
