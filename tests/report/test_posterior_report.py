@@ -113,17 +113,33 @@ def test_every_figure_is_drawn_by_matplotlib_too(result):
     assert sum(len(mark.x) for mark in failed if isinstance(mark, Points)) == result.failures
 
 
+def test_the_table_shows_what_a_discrepancy_does(result, emulated):
+    assert emulated.without_discrepancy is None
+    allowed = copy(result)
+    allowed.calibration = replace(result.calibration, filter_options={"discrepancy": True})
+    table = tables.of_identified(Emulated(allowed, emulated.emulation), verdict.verdicts(emulated))
+    assert len(table.head) == len(table.rows[0])
+    # The emulation at hand has none either, and so the two columns say the same but for the draws.
+    row = dict(zip(table.head, table.rows[0]))
+    ends = [[float(end) for end in row[column].split(" to ")] for column in ("90 % interval", "without a discrepancy")]
+    assert np.abs(np.subtract(*ends)).max() < 0.2 * np.ptp(ends[0])
+
+
 def test_when_not_to_trust_it_is_said(result, emulated):
     def said(emulation=None, **changes):
         doubtful = copy(result)
         for name, value in changes.items():
             setattr(doubtful, name, value)
         other = copy(emulated)
+        other.__dict__.pop("unsure", None)
         other.emulation = replace(emulated.emulation, **emulation or {})
         return " ".join(verdict.doubts(doubtful, other))
 
     assert "Nothing that was looked at speaks against it" in said(stopped_by="posterior_shift")
     assert "The emulator is rough: near the posterior it misses held-out runs by 30 %" in said({"held_out": (0.3,)})
+    doubting = copy(emulated.emulation.emulators[0])
+    doubting.inflation = 1e6 * doubting.inflation
+    assert "100 % of the probability lies where too few runs were made" in said({"emulators": (doubting,)})
     assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))

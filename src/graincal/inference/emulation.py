@@ -68,6 +68,10 @@ class Emulation:
         """The emulated log likelihood (M,) at points (M, n) of the unit cube."""
         return sum(likelihood(*emulator.predict(unit)) for likelihood, emulator in zip(self.likelihoods, self.emulators))
 
+    def expected_log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The log likelihood expected (M,) at points (M, n) of the unit cube: below the other by as much as the emulators do not know of the responses there."""
+        return sum(likelihood.expected(*emulator.predict(unit)) for likelihood, emulator in zip(self.likelihoods, self.emulators))
+
 
 def emulate(
     evaluations: Evaluations,

@@ -18,6 +18,8 @@ RIDGE = 0.8
 ROUGH = 0.1
 """The emulator's held-out error, as a part of the spread of the responses, above which it is rough."""
 LEAST_COVERAGE = 0.8
+MUCH_UNSURE = 0.2
+"""Of the probability, where the emulator does not know, from which the intervals are wide for it."""
 MANY_RUNS, LARGEST_K = 200, 0.7
 MANY_FAILURES = 0.1
 FAR = 3.0
@@ -60,6 +62,11 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
         said.append(
             f"The emulator is rough: near the posterior it misses held-out runs by {100 * max(emulation.held_out):.2g} % of the spread of the responses, more than "
             f"{100 * ROUGH:g} %. Intervals are wider for it, and may be in the wrong place."
+        )
+    if emulated.unsure > MUCH_UNSURE:
+        said.append(
+            f"{100 * emulated.unsure:.0f} % of the probability lies where too few runs were made to know whether the parameters fit: the intervals are wide for want of runs "
+            "there, not for what the test says. More evaluations would narrow them."
         )
     if emulation.coverage < LEAST_COVERAGE:
         said.append(
