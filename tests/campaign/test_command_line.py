@@ -164,6 +164,8 @@ def test_export_gives_every_figure(campaign, call, tmp_path):
     assert sum(float(row["weight"]) for row in rows) == pytest.approx(2)
     assert {row["failure"] for row in rows if row["error"] == "nan"} <= {"error: ArithmeticError: no equilibrium (soil.py, line 18)."}
 
+    assert call("export", campaign, "--to", "csv", "-o", tmp_path).err == "3 of these replaced the files of an earlier export.\n"
+
     blocked = call("export", campaign, "--to", "csv", "-o", tmp_path / "samples.csv" / "below")
     assert (blocked.code, blocked.err) == (1, f"{tmp_path / 'samples.csv'}: this is a file, and a folder to write to was expected.\n")
     call("export", campaign, "--to", "json", "-o", tmp_path)

@@ -31,5 +31,9 @@ def export(
     write = {Format.csv: export_csv, Format.json: export_json}[to]
     result, target = Result.read(folder), output or folder / "export"
     check_folder(target)
-    for path in write(result, target):
+    before = set(target.glob("*"))
+    written = write(result, target)
+    for path in written:
         typer.echo(path)
+    if replaced := before.intersection(written):
+        typer.echo(f"{len(replaced)} of these replaced the files of an earlier export.", err=True)

@@ -138,7 +138,8 @@ def propose(
         _parameters(space or ParameterSpace.paper()),
         "\n".join([*_experiment(file, observables), *_model(file, confining_pressure, _grains(file, void_ratio) if packing is None else _packing(packing, folder))]),
         _reference(file, strain, folder),
-        '[filter]\nmethod = "iterative-bayesian"\n\n[stop]\nmax_iterations = 20\n\n[run]\nworkers = "all"\nseed    = 1',
+        '[filter]\n# The paper\'s. "posterior" takes what the laboratory says of its errors, needs fewer runs and says how sure one may be; README compares them.\n'
+        'method = "iterative-bayesian"\n\n[stop]\nmax_iterations = 20\n\n[run]\nworkers = "all"\nseed    = 1',
     ]
     return "\n\n".join(blocks) + "\n"
 
