@@ -31,7 +31,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The maximum of the emulated posterior, theta (n,), and the runs there that ended the campaign: ids (R,) and errors (R,), percent, Eq. 6, NaN for a failure."""
+    """Where the log likelihood expected is the largest (`Emulation.answer`), theta (n,), and the runs there that ended the campaign: ids (R,) and errors (R,), percent, Eq. 6, NaN for a failure."""
 
     theta: NDArray[np.float64]
     samples: NDArray[np.int64]
@@ -160,7 +160,7 @@ class Result:
 
     @property
     def answer(self) -> Answer | None:
-        """The maximum of the emulated posterior, with the runs there once the campaign is at its end; None by other methods, and while nothing is emulated."""
+        """The parameters that fit best as far as the emulator knows, with the runs there once the campaign is at its end; None by other methods, and while nothing is emulated."""
         last = self.iterations[-1]
         if not self.has_posterior:
             return None

@@ -29,7 +29,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k} (`Learnt`), and
     effective_sample_size is a number of evaluations.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
-    answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} once a campaign of the method "posterior" has run the maximum again.
+    answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} once a campaign of the method "posterior" has run the answer again.
     stopped_by, stopped_because: the criterion and a sentence.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
     """

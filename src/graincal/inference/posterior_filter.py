@@ -32,7 +32,7 @@ class PosteriorFilter(AskTellFilter):
     """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
 
     A first batch fills the box. After each batch the responses are emulated (`emulate`) and the next one is drawn from a density fitted to the
-    emulated posterior; one sample of each is its maximum. Every evaluation is used. At the end the maximum is run three times.
+    emulated posterior; one sample of each is the answer so far (`Emulation.answer`). Every evaluation is used. At the end the answer is run three times.
 
     >>> filter = PosteriorFilter(space, reference, seed=1)      # doctest: +SKIP
     >>> while not filter.finished:
@@ -41,7 +41,7 @@ class PosteriorFilter(AskTellFilter):
 
     So that nobody waits for the longest run of a batch, `ahead` batches more are asked for while one is under way: batch k is proposed from all up to
     k - 1 - `ahead`, whatever has been told of those between, since a short run is not a better sample. Batches are learnt from in order, once
-    they are complete. When a criterion is met, what has been asked for by then is still awaited and used, and then the maximum run. Limits count what is asked for.
+    they are complete. When a criterion is met, what has been asked for by then is still awaited and used, and then the answer run. Limits count what is asked for.
 
     The state is a function of the arguments and of what was told, as that of `IterativeBayesianFilter`: telling again what was stored, in any order,
     restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.

@@ -82,7 +82,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     if answer and answer.mean > FAR * expected:
         said.append(
             f"The answer is {answer.mean:.3g} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
-            "or the errors are stated too small, or the maximum lies where the emulator is wrong. "
+            "or the errors are stated too small, or the answer lies where the emulator is wrong. "
             + ("The intervals allow for a discrepancy of the model." if result.calibration.filter_options.get("discrepancy") else "The intervals leave that out; discrepancy = true allows for it.")
         )
     at_edge = [shown.label for shown, end in zip(parameters(result.space), _at_edge(result)) if end]
@@ -144,7 +144,7 @@ def _modes(emulated: Emulated) -> str:
 def _answer(result: Result, emulated: Emulated) -> str:
     answer, best = result.answer, result.best
     listed = ", ".join(f"{shown.label} {numbers.value(value, 3)}{_unit(shown)}" for shown, value in zip(parameters(result.space), answer.theta))
-    said = [f"The posterior's maximum: {listed}."]
+    said = [f"The answer, which fits best as far as the emulator knows: {listed}."]
     known = np.isfinite(answer.errors)
     repeated = bool(known.any()) and answer.spread <= 1e-5 * answer.mean
     if known.any():
