@@ -6,7 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
+from threadpoolctl import threadpool_limits
+
 from graincal.inference import PosteriorFilter
+from graincal.inference.sensitivity import log_evidence_std
 
 
 @dataclass(frozen=True)
@@ -15,7 +18,7 @@ class Learnt:
 
     posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`). held_out_error: the emulators' error near the
     posterior, as a part of the spread of the responses, of the worst experiment. coverage: the part of the held-out evaluations within their 90 % intervals.
-    log_evidence with its standard deviation. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
+    log_evidence with its standard deviation, the emulators' doubt included. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
     """
 
     posterior_shift: float = math.nan
@@ -32,12 +35,14 @@ class Learnt:
         emulation, shift = filter.emulation, filter.shift()
         if emulation is None:
             return cls()
+        with threadpool_limits(1):
+            deviation = log_evidence_std(emulation, filter.space)
         return cls(
             shift if math.isfinite(shift) else math.nan,
             max(emulation.held_out),
             emulation.coverage,
             emulation.log_evidence,
-            emulation.explored.log_evidence_std,
+            deviation,
             emulation.effective_sample_size,
             emulation.pareto_k,
         )

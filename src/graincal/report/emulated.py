@@ -17,7 +17,7 @@ from graincal.inference.error_model import error_model, measurement_errors
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.proposal import systematic_resampling
-from graincal.inference.sensitivity import evidence_of_half_ranges, evidence_over_emulators, without_discrepancy
+from graincal.inference.sensitivity import evidence_of_half_ranges, without_discrepancy
 from graincal.report.findings import PROBABILITY
 from graincal.report.groups import Group, find_groups
 
@@ -130,13 +130,6 @@ class Emulated:
             errors = self.result.errors[(of_runs == number) & ~self.result.failed]
             modes.append(Mode(group.share, group.centre, self.posterior.samples[int(np.argmax(likely))], float(errors.min()) if errors.size else np.nan))
         return tuple(modes)
-
-    @cached_property
-    def evidence_std(self) -> float:
-        """Of the log evidence: over responses that the emulators hold possible, and over explorations."""
-        with threadpool_limits(1):
-            drawn = evidence_over_emulators(self.emulation, self.result.space, np.random.default_rng(0))
-        return float(np.hypot(drawn.std(), self.emulation.explored.log_evidence_std))
 
     @cached_property
     def evidence_of_half_ranges(self) -> float:

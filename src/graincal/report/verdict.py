@@ -171,9 +171,9 @@ def _causes(result: Result) -> str:
 
 
 def _evidence(emulated: Emulated) -> str:
-    half = emulated.evidence_of_half_ranges
+    half, deviation = emulated.evidence_of_half_ranges, emulated.result.learnt[-1].log_evidence_std
     return (
-        f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(emulated.evidence_std, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
+        f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(deviation, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
         f"possible and over the draws that estimate it), and {half:.2f} if each range were half as wide about the posterior's mean: it depends on the ranges. "
         "It compares models on the same reference, errors and ranges, and says nothing by itself."
     )
