@@ -109,7 +109,7 @@ def write_triaxial(folder, *replacements):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, correlation_length, discrepancy was expected."),
+        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, correlation_length, discrepancy, first_look was expected."),
         ("alpha = 10", 'method = "posterior"\nalpha = 10', 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, ahead, correlation_length, discrepancy was expected.'),
         ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance was expected.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),

@@ -15,6 +15,7 @@ from graincal.campaign.experiment import Experiment, Model
 from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
 from graincal.inference import METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
+from graincal.inference.first_look import FirstLook
 from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
 from graincal.models.stress_path import check_ranges, check_units
@@ -41,6 +42,7 @@ class Calibration:
     filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
     what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
     nothing is found by them, and the report shows them beside what is; of a parameter with a value for each experiment, either all or one of them. file: the path of the calibration file from the root, if there is one.
+    first_look: evaluations of cheaper models to begin with, by the method "posterior".
     """
 
     space: ParameterSpace
@@ -53,6 +55,7 @@ class Calibration:
     source: str = ""
     truth: Mapping[str, float] = field(default_factory=dict)
     file: str = ""
+    first_look: FirstLook | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -85,15 +88,22 @@ class Calibration:
         for experiment in self.experiments:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')
-        self.new_filter()
+        self.blank_filter()
         for number, experiment in enumerate(self.experiments):
             self._check_model(experiment, self.space.of_experiment(number))
         return self
 
     def new_filter(self) -> Filter:
         """The filter before its first sample."""
+        return self._filter(**({"first_look": self.first_look} if self.first_look else {}))
+
+    def blank_filter(self) -> Filter:
+        """The filter as it would be without its first look, from which it takes seconds to learn: for its settings."""
+        return self._filter()
+
+    def _filter(self, **options: Any) -> Filter:
         references = [experiment.reference for experiment in self.experiments]
-        options = dict(self.filter_options)
+        options |= self.filter_options
         if self.method == POSTERIOR:
             options["scatters"] = [experiment.scatters for experiment in self.experiments]
         return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **options)
@@ -106,6 +116,8 @@ class Calibration:
     def _check_options(self) -> None:
         """Raise InputError for options and criteria that the method does not look at."""
         options, criteria = FILTER_OPTIONS[self.method], CRITERIA[self.method]
+        if self.first_look is not None and self.method != POSTERIOR:
+            raise InputError(f'filter.first_look is an option of method = "{POSTERIOR}", and with "{self.method}" one of {", ".join(options)} was expected.')
         for name in sorted(set(self.filter_options) - set(options)):
             if others := [method for method in METHODS if name in FILTER_OPTIONS[method]]:
                 raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with "{self.method}" one of {", ".join(options)} was expected.')

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, ValidationError, field_validator, m
 
 from graincal.campaign.calibration import Calibration, check_observables
 from graincal.campaign.experiment import Experiment
+from graincal.campaign.first_look import read_first_look
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
@@ -213,6 +214,7 @@ class FilterSection(Section):
     ahead: int = Field(0, ge=0, description="a whole number, not negative")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
+    first_look: str | None = Field(None, description="the folder of a campaign of cheaper models on the same experiments")
 
 
 class StopSection(Section):
@@ -293,13 +295,15 @@ def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
         {name: entry.unit for name, entry in parameters},
         [name for name, entry in parameters if entry.per_experiment],
     )
-    return Calibration(
+    calibration = Calibration(
         space,
         [entry.build(folder) for entry in file.experiment],
         file.filter.method,
-        file.filter.given("method"),
+        file.filter.given("method", "first_look"),
         Stop(**file.stop.given()),
         file.run.seed,
         file.run.workers,
         source,
     )
+    look = file.filter.first_look
+    return replace(calibration, first_look=read_first_look(_from_root(folder / look), calibration)) if look else calibration

@@ -38,7 +38,7 @@ def refuse_another_past(store: Store, calibration: Calibration) -> int:
     these criteria: all that are begun, or all but the runs at the answer, which come later now.
     """
     ended, because = store.meta("stopped_by"), store.meta("stopped_because")
-    stop = calibration.new_filter().stop
+    stop = calibration.blank_filter().stop
     if ended and (ended not in _CRITERIA or stop.max_iterations != calibration.stop.max_iterations):
         raise InputError(f"{store.folder}: this campaign is at its end, by {calibration.method} and {ended}, and no criterion of stopping changes that: {because}")
     iterations, begun = store.iterations(), store.last_iteration()

@@ -16,6 +16,7 @@ from graincal.data import Failure, InputError, MeasurementError, ParameterSpace,
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import Stop
+from graincal.inference.first_look import FirstLook
 from graincal.models import TESTS, PythonModel, StressPathTest, TableTest
 
 
@@ -31,6 +32,8 @@ def describe(calibration: Calibration) -> dict[str, Any]:
         "filter": dict(calibration.filter_options),
         "stop": describe_stop(calibration.method, calibration.stop),
         "seed": int(calibration.seed),
+        # Left out where there is none, as it is in campaigns of before there could be one.
+        **({"first_look": _describe_first_look(calibration.first_look)} if calibration.first_look else {}),
     }
 
 
@@ -49,8 +52,11 @@ def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
         [p["name"] for p in parameters if p.get("per_experiment")],
     )
     experiments = [Experiment(e["name"], _restore_model(e["model"]), _restore_reference(e["reference"])) for e in description["experiments"]]
+    look = description.get("first_look")
+    first_look = FirstLook(np.array(look["theta"]), tuple(map(np.array, look["responses"]))) if look else None
+    stop = Stop(**description["stop"])
     return Calibration(
-        space, experiments, description["method"], description["filter"], Stop(**description["stop"]), description["seed"], **others
+        space, experiments, description["method"], description["filter"], stop, description["seed"], first_look=first_look, **others
     )
 
 
@@ -106,6 +112,10 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
         simulated=described.get("simulated", False),
         notes=tuple(described["notes"]),
     )
+
+
+def _describe_first_look(look: FirstLook) -> dict[str, Any]:
+    return {"theta": look.theta.tolist(), "responses": [responses.tolist() for responses in look.responses]}
 
 
 def _describe_packing(packing: Packing) -> dict[str, Any]:

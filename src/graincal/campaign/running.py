@@ -15,6 +15,7 @@ from graincal.campaign.campaign import CURVES, Campaign
 from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
 from graincal.campaign.doubts import doubts
 from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.first_look import first_look_of
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import Log
 from graincal.campaign.provenance import differences, provenance
@@ -40,6 +41,7 @@ def calibrate(
     folder: str | Path | None = None,
     stop: Stop = Stop(),
     truth: Mapping[str, float] | None = None,
+    first_look: Result | str | Path | None = None,
     **filter_options: Any,
 ) -> Result:
     """Calibrate a model against a reference, or several experiments at once.
@@ -53,7 +55,7 @@ def calibrate(
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
     for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: alpha,
     effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch, batch, ahead, correlation_length, discrepancy
-    (see `PosteriorFilter`).
+    (see `PosteriorFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):
@@ -66,7 +68,11 @@ def calibrate(
         experiments = [Experiment("experiment", model, reference)]
     if max_evaluations is not None:
         stop = replace(stop, max_evaluations=max_evaluations)
-    return begin(Calibration(space, experiments, method, filter_options, stop, seed, workers, truth=truth or {}), folder)
+    calibration = Calibration(space, experiments, method, filter_options, stop, seed, workers, truth=truth or {})
+    if first_look is not None:
+        look = first_look if isinstance(first_look, Result) else Result.read(first_look)
+        calibration = replace(calibration, first_look=first_look_of(look, calibration, "first_look"))
+    return begin(calibration, folder)
 
 
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = ()) -> Result:

@@ -34,7 +34,7 @@ def check(
         typer.echo("\n".join(_describe(experiment, calibration.method)))
     for doubt in doubts(calibration):
         typer.echo(f"Note: {doubt}")
-    filter = calibration.new_filter()
+    filter = calibration.blank_filter()
     if isinstance(filter, IterativeBayesianFilter) and (advice := sample_size_advice(space, filter.alpha)):
         typer.echo(advice)
     if plot is not None:
@@ -79,7 +79,7 @@ def _expectation(calibration: Calibration) -> list[str]:
     from graincal.execution import available_cores
     from graincal.inference import PosteriorFilter
 
-    filter, workers = calibration.new_filter(), calibration.number_of_workers
+    filter, workers = calibration.blank_filter(), calibration.number_of_workers
     samples = len(filter.ask())
     # More workers than cores share them.
     at_once = min(workers, available_cores())

@@ -80,12 +80,15 @@ def emulate(
     scatters: Sequence[bool],
     rng: np.random.Generator,
     before: Emulation | None = None,
+    cheaper: Sequence[Emulator] | None = None,
 ) -> Emulation:
-    """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added."""
+    """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
+    before: from fewer of the evaluations. cheaper: emulators of a first look at each reference."""
     usable, unit, space = evaluations.usable, evaluations.unit, evaluations.space
     emulators, likelihoods = [], []
     for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
-        emulator = Emulator(unit[usable], responses[usable], reference, before.emulators[number] if before else None, space.columns(number))
+        start, below = before.emulators[number] if before else None, cheaper[number] if cheaper else None
+        emulator = Emulator(unit[usable], responses[usable], reference, start, space.columns(number), below)
         emulator.trust(_nearness(responses[usable], reference, model))
         emulators.append(emulator)
         likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter)))

@@ -38,7 +38,11 @@ class Emulator:
     parameters (`even_powers`), with a nugget: what differs between two runs at one Theta. The nugget is in the covariance of the simulator, and not in
     the variance of the mean response. Source: Higdon et al. (2008), JASA 103.
 
-    centre (J T,), basis (J T, q): a response is centre + basis z, observable by observable. simulator (J T, J T): the covariance of runs at one
+    Where there is an emulator of a cheaper model's responses, what is emulated is the difference from what that one predicts, which varies less. Its
+    components follow those of the difference, and its variances are added, although evaluations tell of the sum: the nearer, the more is added
+    in excess. Source: Kennedy and O'Hagan (2000), Biometrika 87, with a factor of 1 and one model after the other.
+
+    centre (J T,), basis (J T, q): a response is centre + basis z, observable by observable; q counts the components of both. simulator (J T, J T): the covariance of runs at one
     Theta. truncation (J T,): the variance of what the components leave out. powers: of the parameters that are seen.
     """
 
@@ -49,14 +53,19 @@ class Emulator:
         reference: Reference,
         start: Emulator | None = None,
         seen: slice | NDArray[np.intp] = slice(None),
+        cheaper: Emulator | None = None,
     ) -> None:
         """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at.
 
-        seen: an index of the parameters that the model sees; the others are not looked at.
+        seen: an index of the parameters that the model sees; the others are not looked at. cheaper: of a cheaper model's responses.
         """
         peaks = np.abs(reference.values).max(axis=0)
         scale = np.repeat(np.where(peaks > 0, peaks, 1.0), len(reference.control))
         curves = columns(responses) / scale
+        self._total = np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2))
+        self._cheaper = cheaper
+        if cheaper is not None:
+            curves = curves - columns(cheaper.curves(cheaper.predict(unit)[0], responses.shape[2])) / scale
         middle = curves.mean(axis=0)
         left, sizes, right = np.linalg.svd(curves - middle, full_matrices=False)
         remaining = 1 - np.cumsum(sizes**2) / max(np.sum(sizes**2), 1e-300)
@@ -65,6 +74,9 @@ class Emulator:
         scores = left[:, :q] * sizes[:q] / deviation
         self.centre = scale * middle
         self.basis = scale[:, None] * right[:q].T * deviation
+        if cheaper is not None:
+            self.centre = self.centre + cheaper.centre
+            self.basis = np.column_stack([self.basis, cheaper.basis])
         left_out = curves - middle - scores * deviation @ right[:q]
         self.truncation = scale**2 * np.mean(left_out**2, axis=0)
         unit = unit[:, seen]
@@ -76,13 +88,13 @@ class Emulator:
         self._processes = _processes(warped(unit, self.powers), scores, [process.kernel for process in self._processes])
         self.inflation = np.ones(q)
         self.nuggets = np.array([process.nugget for process in self._processes])
-        self._total = np.sqrt(np.mean((curves - middle) ** 2))
         self._size = deviation / np.sqrt(curves.shape[1])
 
     @property
     def simulator(self) -> NDArray[np.float64]:
         """The covariance of a run about the mean response at its Theta, (J T, J T)."""
-        return (self.basis * self.nuggets) @ self.basis.T
+        own = self.basis[:, : len(self.nuggets)]
+        return (own * self.nuggets) @ own.T
 
     def added(self, scatters: bool) -> NDArray[np.float64]:
         """What a covariance of the reference about the emulated response holds beside the errors, (J T, J T): what the components leave out, and the scatter
@@ -93,13 +105,22 @@ class Emulator:
         """The mean (M, q) of the components of the mean response at points (M, n), and the variance of that mean (M, q), without the nugget."""
         points = self._points(unit)
         means, variances = zip(*(process.predict(points) for process in self._processes))
-        return np.column_stack(means), self.inflation * np.column_stack(variances)
+        mean, variance = np.column_stack(means), self.inflation * np.column_stack(variances)
+        if self._cheaper is None:
+            return mean, variance
+        below = self._cheaper.predict(unit)
+        return np.column_stack([mean, below[0]]), np.column_stack([variance, below[1]])
 
     def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Components (count, M, q) that mean responses may have at points (M, n), drawn jointly over the points."""
-        mean, points = self.predict(unit)[0], self._points(unit)
-        away = [np.sqrt(inflation) * process.draw(points, count, rng) for process, inflation in zip(self._processes, self.inflation)]
-        return mean + np.stack(away, axis=2)
+        points = self._points(unit)
+        drawn = [
+            process.predict(points)[0] + np.sqrt(inflation) * process.draw(points, count, rng)
+            for process, inflation in zip(self._processes, self.inflation)
+        ]
+        if self._cheaper is None:
+            return np.stack(drawn, axis=2)
+        return np.concatenate([np.stack(drawn, axis=2), self._cheaper.draw(unit, count, rng)], axis=2)
 
     def _points(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The processes' coordinates of points (M, n)."""

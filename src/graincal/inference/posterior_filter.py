@@ -15,9 +15,11 @@ from graincal.inference.batch import Batch, Batches
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.direct import Weighed, weigh_directly
 from graincal.inference.emulation import Emulation, emulate
+from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import error_model
 from graincal.inference.errors import gl_error, observable_errors, sample_errors
 from graincal.inference.evaluations import Evaluations
+from graincal.inference.first_look import FirstLook
 from graincal.inference.importance import normalised
 from graincal.inference.iteration import Iteration
 from graincal.inference.posterior import Posterior
@@ -47,6 +49,7 @@ class PosteriorFilter(AskTellFilter):
     restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.
 
     Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples, `ahead` batches. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
+    `first_look`: evaluations of cheaper models, which say where to begin and what to expect of each response.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
     `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `scatters`: for each reference,
     whether the lab's sample is one of many like the model's runs, because these are spread over several packings; what runs at one Theta scatter by
@@ -66,6 +69,7 @@ class PosteriorFilter(AskTellFilter):
         discrepancy: bool = False,
         emulator: bool = True,
         scatters: Sequence[bool] | None = None,
+        first_look: FirstLook | None = None,
         stop: Stop = Stop(),
         seed: int = 1,
     ) -> None:
@@ -92,7 +96,8 @@ class PosteriorFilter(AskTellFilter):
         # Of each batch under way: the density, and how many samples were drawn from it.
         self._origins: deque[tuple[DefensiveMixture, int]] = deque()
         self._replicated = False
-        self._ask(DefensiveMixture(space), self.first_batch)
+        self._cheaper, self._start = self._look(first_look)
+        self._ask(self._start, self.first_batch)
         self._propose()
 
     @property
@@ -166,7 +171,11 @@ class PosteriorFilter(AskTellFilter):
             self._emulations.append(None), self._weighed.append(None)
         elif self.emulator:
             before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
-            self._emulations.append(emulate(self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate", len(self._iterations)), before))
+            self._emulations.append(
+                emulate(
+                    self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate", len(self._iterations)), before, self._cheaper
+                )
+            )
             self._weighed.append(None)
         else:
             self._emulations.append(None)
@@ -201,7 +210,7 @@ class PosteriorFilter(AskTellFilter):
             return
         weighed = self.weighed or (weigh_directly(self._evaluations, self.references, self.errors) if self._iterations else None)
         if weighed is None:
-            self._ask(DefensiveMixture(self.space), self.batch)
+            self._ask(self._start, self.batch)
             return
         self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), self.batch)
 
@@ -218,6 +227,14 @@ class PosteriorFilter(AskTellFilter):
             array.setflags(write=False)
         self._origins.append((proposal, count))
         self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space))
+
+    def _look(self, first_look: FirstLook | None) -> tuple[tuple[Emulator, ...] | None, DefensiveMixture]:
+        """Emulators of a first look, and the density of the first batch: all of the box where there was none."""
+        if first_look is None:
+            return None, DefensiveMixture(self.space)
+        first_look.check(self.space, self.references)
+        with threadpool_limits(1):
+            return first_look.learn(self.space, self.references, self.errors, self._rng("look", 0))
 
     def _replicates(self, answer: NDArray[np.float64]) -> NDArray[np.float64]:
         """The answer, so many times: a billionth of the ranges apart, or a deterministic simulator would give the same run each time."""

@@ -65,7 +65,7 @@ def draw_convergence(result: Result) -> Figure | None:
     if len(result.iterations) < 2:
         return None
     index = np.array([iteration.index for iteration in result.iterations], dtype=np.float64)
-    stop, target = result.stop, result.calibration.new_filter().effective_sample_size
+    stop, target = result.stop, result.calibration.blank_filter().effective_sample_size
     gl_errors, errors, s, sizes = (
         np.array([getattr(iteration, name) for iteration in result.iterations]) for name in ("gl_error", "error", "s", "effective_sample_size")
     )

@@ -156,7 +156,7 @@ def of_provenance(result: Result) -> Table:
     settings = _settings(calibration)
     limits = {name: limit for name, limit in asdict(result.stop).items() if name in CRITERIA[calibration.method]}
     if result.has_posterior:
-        limits["max_evaluations"] = calibration.new_filter().most_evaluations or False
+        limits["max_evaluations"] = calibration.blank_filter().most_evaluations or False
     stops = {name.replace("_", " "): "off" if limit is False else f"{limit:g}" for name, limit in limits.items()}
     rows = [
         ("calibration begun", _moment(result.started)),
@@ -171,10 +171,11 @@ def of_provenance(result: Result) -> Table:
 
 
 def _settings(calibration: Calibration) -> dict[str, str]:
-    used = calibration.new_filter()
+    used = calibration.blank_filter()
     if isinstance(used, PosteriorFilter):
         length = calibration.filter_options.get("correlation_length")
         return {
+            **({"first look": f"{len(calibration.first_look.theta)} evaluations of a cheaper model"} if calibration.first_look else {}),
             "first batch": str(used.first_batch),
             "batch": str(used.batch),
             "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",

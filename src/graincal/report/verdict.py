@@ -181,6 +181,8 @@ def _evidence(emulated: Emulated) -> str:
 
 def _ending(result: Result) -> str:
     done = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}"
+    if look := result.calibration.first_look:
+        done += f" and a first look of {len(look.theta)} evaluations by cheaper models"
     if result.stopped_because is None:
         return f"Not at its end: {done} {'is' if len(result.iterations) == 1 else 'are'} complete, and what stands here is what they say so far."
     return f"Stopped after {done}: {result.stopped_because[0].lower()}{result.stopped_because[1:]}"

@@ -91,7 +91,7 @@ def cautions(result: Result) -> tuple[str, ...]:
     """What the spreads of this method mean, and what else to know before trusting them."""
     if result.posterior is None:
         return ()
-    filter = result.calibration.new_filter()
+    filter = result.calibration.blank_filter()
     said = [
         "The spreads of the weighted samples depend on the number of iterations and on the effective sample size asked for "
         f"({100 * filter.effective_sample_size:.3g} % of the samples), not on the noise of the measurement. "

@@ -1,0 +1,45 @@
+"""A first look: what a campaign of cheaper models on the same experiments found, for another campaign to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.result import Result
+from graincal.data import InputError, Response
+from graincal.inference.first_look import FirstLook
+
+
+def first_look_of(result: Result, calibration: Calibration, named: str) -> FirstLook:
+    """The evaluations of a campaign that have responses in every experiment. named: how the campaign is called in a mistake.
+
+    Raises InputError for a campaign of other parameters or experiments than the calibration's: both by their names, and experiments by their states and
+    observables, too. Ranges, errors and models may differ.
+    """
+    if set(result.space.names) != set(calibration.space.names):
+        raise InputError(f"{named}: a first look at {', '.join(calibration.space.names)} was expected, and this campaign is of {', '.join(result.space.names)}.")
+    columns = [result.space.names.index(name) for name in calibration.space.names]
+    known = {experiment.name: number for number, experiment in enumerate(result.experiments)}
+    ids, responses = result.ids[~result.failed], []
+    for experiment in calibration.experiments:
+        reference = experiment.reference
+        if experiment.name not in known:
+            raise InputError(f'{named}: a first look at the experiment "{experiment.name}" was expected, and this campaign has {", ".join(known)}.')
+        other = result.experiments[known[experiment.name]].reference
+        if not np.array_equal(other.control, reference.control) or set(other.names) != set(reference.names):
+            raise InputError(f'{named}: its experiment "{experiment.name}" has other states or observables, and the same reference was expected.')
+        outcomes = [result.response(int(id), known[experiment.name]) for id in ids]
+        responses.append(np.array([outcome.observables(reference.names) for outcome in outcomes if isinstance(outcome, Response)]))
+    look = FirstLook(result.samples[~result.failed][:, columns], tuple(responses))
+    try:
+        look.check(calibration.space, [experiment.reference for experiment in calibration.experiments])
+    except InputError as error:
+        raise InputError(f"{named}: {error}") from error
+    return look
+
+
+def read_first_look(folder: Path, calibration: Calibration) -> FirstLook:
+    """That of the campaign in a folder."""
+    return first_look_of(Result.read(folder), calibration, str(folder))

@@ -1,0 +1,56 @@
+"""What cheaper evaluations of the same tests tell: where to begin, and a first guess of every response."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import InputError, ParameterSpace, Reference
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.emulator import Emulator
+from graincal.inference.error_model import ErrorModel
+from graincal.inference.explore import explore
+from graincal.inference.likelihood import ReducedLikelihood
+
+# The first batch is drawn where the cheap responses fit at this power of their likelihood: a cheap model is off by more than the errors.
+POWER = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class FirstLook:
+    """Evaluations of the same tests by cheaper models (fewer particles), all of them with responses.
+
+    theta (M, n) in the order of the space's names; responses, one (M, T, J) for each reference, at its control values and in the order of its observables.
+    They carry no weight, and the answer is none of them.
+    """
+
+    theta: NDArray[np.float64]
+    responses: tuple[NDArray[np.float64], ...]
+
+    def check(self, space: ParameterSpace, references: Sequence[Reference]) -> None:
+        """Raise InputError where they are not of these parameters and references, or too few."""
+        shapes = [(len(self.theta), *reference.values.shape) for reference in references]
+        if self.theta.ndim != 2 or self.theta.shape[1] != space.size or [each.shape for each in self.responses] != shapes:
+            raise InputError("a first look must be of the same parameters, experiments, states and observables as the calibration.")
+        if np.sum(space.contains(self.theta)) < 2:
+            raise InputError(f"a first look needs at least two evaluations within the parameters' ranges, and it has {np.sum(space.contains(self.theta))}.")
+
+    def learn(
+        self, space: ParameterSpace, references: Sequence[Reference], errors: Sequence[ErrorModel], rng: np.random.Generator
+    ) -> tuple[tuple[Emulator, ...], DefensiveMixture]:
+        """An emulator of the cheap responses to each reference, and the density to draw the first batch from."""
+        inside = space.contains(self.theta)
+        unit = space.to_unit(self.theta[inside])
+        emulators = tuple(
+            Emulator(unit, responses[inside], reference, seen=space.columns(number))
+            for number, (reference, responses) in enumerate(zip(references, self.responses))
+        )
+        likelihoods = [
+            ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(True))
+            for reference, model, emulator in zip(references, errors, emulators)
+        ]
+        found = explore(space, lambda points: sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators)), rng, power=POWER)
+        return emulators, found.proposal
