@@ -111,10 +111,13 @@ class ParameterSpace:
         ('phi', 'eta_m (0.5 MPa)', 'eta_m (1 MPa)')
         """
         if self._told_apart:
+            expected = [name if number is None else _of_experiment(name, experiments, number) for name, number in zip(self.parameters, self.experiments)]
+            if list(self.names) != expected:
+                raise InputError(f"parameters: {', '.join(self.names)} are those of other experiments than {', '.join(experiments)}.")
             return self
         own = self.per_experiment if len(experiments) > 1 else ()
         columns = [(k, number) for k, name in enumerate(self.names) for number in (range(len(experiments)) if name in own else (None,))]
-        names = [self.names[k] if number is None else f"{self.names[k]} ({experiments[number]})" for k, number in columns]
+        names = [self.names[k] if number is None else _of_experiment(self.names[k], experiments, number) for k, number in columns]
         if twice := next((name for name in names if names.count(name) > 1), None):
             raise InputError(f'parameters: two unknowns would be called "{twice}"; give the parameters, or the experiments, other names.')
         space = self._of_columns([k for k, _ in columns], names)
@@ -157,6 +160,11 @@ class ParameterSpace:
         """A space of some columns of this one, under other names."""
         ranges = {name: (self.low[k], self.high[k]) for k, name in zip(columns, names)}
         return ParameterSpace(ranges, {name: self.units[k] for k, name in zip(columns, names)})
+
+
+def _of_experiment(name: str, experiments: Sequence[str], number: int) -> str:
+    """What a parameter's value in one experiment is called."""
+    return f"{name} ({experiments[number]})" if number < len(experiments) else name
 
 
 @dataclass(frozen=True, eq=False)

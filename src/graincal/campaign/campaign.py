@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.curves import file_name, write_curve
@@ -34,14 +35,20 @@ class Campaign:
         self.calibration = calibration
         self.store = store
         self.listeners = tuple(listeners)
-        self._given = 0
+        self._batches_given = 0
 
     def run(self) -> Result:
         """Go on to the end."""
         filter = self.calibration.new_filter()
         if getattr(filter, "ahead", 0):
-            with closing(Workers(self.calibration.experiments, self.calibration.number_of_workers)) as workers:
-                return self._run(filter, workers)
+            # Evaluations in threads go on while the filter limits the threads of linear algebra, which holds for all of a process: their last digits
+            # would depend on when they run, if it did not hold all the time.
+            with threadpool_limits(1), closing(Workers(self.calibration.experiments, self.calibration.number_of_workers)) as workers:
+                try:
+                    return self._run(filter, workers)
+                finally:
+                    for task, outcome in workers.ended():
+                        self._record(task.id, task.experiment, outcome)
         return self._run(filter)
 
     def _run(self, filter: Filter, workers: Workers | None = None) -> Result:
@@ -90,9 +97,9 @@ class Campaign:
         count = len(self.calibration.experiments)
         for index, samples in enumerate(batches, first):
             self.store.ask(index, samples, count)
-            if index < self._given:
+            if index < self._batches_given:
                 continue
-            self._given = index + 1
+            self._batches_given = index + 1
             begun = np.zeros(len(samples), dtype=bool)
             for number, experiment in enumerate(self.calibration.experiments):
                 waiting = np.isin(samples.ids, self.store.waiting(index, number))

@@ -34,7 +34,7 @@ class Expectation:
 
 def expect(calibration: Calibration) -> list[Expectation]:
     """Time each experiment in the middle of the ranges: a test that is driven by strain at the beginning of it, others whole."""
-    samples, space = calibration.blank_filter().ask(), calibration.space
+    samples, space = calibration.blank_filter().under_way[0], calibration.space
     return [_expect(experiment, space.of_experiment(number), space.seen_by(number, samples)) for number, experiment in enumerate(calibration.experiments)]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from heapq import heappop, heappush
 from math import inf
 from queue import SimpleQueue
@@ -34,7 +34,7 @@ class Workers:
         self._samples: dict[int, Samples] = {}
         self._waiting: list[Task] = []
         self._changed = threading.Condition()
-        self._threads = self._idle = self._given = 0
+        self._threads = self._idle = self._under_way = 0
         self._closed = False
         self._outcomes: SimpleQueue[tuple[Task, Response | Failure | BaseException]] = SimpleQueue()
         self._crashed: list[Task] = []
@@ -53,17 +53,25 @@ class Workers:
         One whose process ended abruptly is run again when nothing else is under way, for memory may have been short.
         """
         while True:
-            if not self._given and self._crashed:
+            if not self._under_way and self._crashed:
                 task = self._crashed.pop()
                 self._again.add(task)
                 self._put(task)
             task, outcome = self._outcomes.get()
-            self._given -= 1
+            self._under_way -= 1
             if isinstance(outcome, BaseException):
                 raise outcome
             if outcome is not CRASHED or task in self._again:
                 return task, outcome
             self._crashed.append(task)
+
+    def ended(self) -> Iterator[tuple[Task, Response | Failure]]:
+        """What has ended and was not asked for yet, without waiting."""
+        while not self._outcomes.empty():
+            task, outcome = self._outcomes.get()
+            self._under_way -= 1
+            if isinstance(outcome, Response) or (isinstance(outcome, Failure) and outcome is not CRASHED):
+                yield task, outcome
 
     def close(self) -> None:
         """End what is under way, and begin nothing more."""
@@ -74,7 +82,7 @@ class Workers:
             model.stop()
 
     def _put(self, task: Task) -> None:
-        self._given += 1
+        self._under_way += 1
         with self._changed:
             heappush(self._waiting, task)
             if self._idle < len(self._waiting) and self._threads < self._most:

@@ -80,7 +80,7 @@ def _expectation(calibration: Calibration) -> list[str]:
     from graincal.inference import PosteriorFilter
 
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
-    samples = len(filter.ask())
+    samples = len(filter.under_way[0])
     # More workers than cores share them.
     at_once = min(workers, available_cores())
     lines, seconds = [], 0.0

@@ -64,7 +64,8 @@ class Progress(Listener):
     def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
         self._iterations.append(iteration)
         self._learnt.append(learnt)
-        self._heading = ""
+        if self._done >= self._total:
+            self._heading = ""
         self._line("; ".join(f"{name} {value}" for name, value in zip(self._columns(), self._row(iteration))))
 
     def _line(self, text: str) -> None:

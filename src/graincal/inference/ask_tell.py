@@ -14,7 +14,7 @@ from graincal.inference.iteration import Iteration
 
 
 class AskTellFilter(ABC):
-    """A filter that asks for one batch after the other.
+    """A filter that asks for samples in batches.
 
     A subclass puts batches into `_batches`, those under way, and says in `_complete_batch` what follows of the earliest, once it is complete: it appends
     to `_iterations`, and puts the criteria that are met, each with a clause that says it, into `_stops`.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from graincal.data import ParameterSpace, Reference
-from graincal.inference.emulator import Emulator
+from graincal.inference.emulator import Emulator, emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.explore import Explored, explore
@@ -66,11 +66,7 @@ class Emulation:
 
     def log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The emulated log likelihood (M,) at points (M, n) of the unit cube."""
-        return sum(likelihood(*emulator.predict(unit)) for likelihood, emulator in zip(self.likelihoods, self.emulators))
-
-    def expected_log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The log likelihood expected (M,) at points (M, n) of the unit cube: below the other by as much as the emulators do not know of the responses there."""
-        return sum(likelihood.expected(*emulator.predict(unit)) for likelihood, emulator in zip(self.likelihoods, self.emulators))
+        return emulated_log_likelihood(self.likelihoods, self.emulators, unit)
 
 
 def emulate(
@@ -94,7 +90,7 @@ def emulate(
         likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter)))
 
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
+        return emulated_log_likelihood(likelihoods, emulators, points)
 
     def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
@@ -111,7 +107,7 @@ def emulate(
         tuple(likelihoods),
         explored,
         Posterior(space.names, explored.theta, explored.weights),
-        _most_probable(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
+        _best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
         tuple(float(np.sqrt(np.average(each.error**2, weights=near))) for each in held_out),
         float(np.mean([each.within.mean() for each in held_out])),
         weights,
@@ -134,7 +130,7 @@ def _nearness(responses: NDArray[np.float64], reference: Reference, errors: Erro
     return weights / weights.sum()
 
 
-def _most_probable(expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _best_expected(expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64]) -> NDArray[np.float64]:
     """Where the log likelihood expected at points of the unit cube is the largest, from the best of the starts (M, n) on."""
     order = np.argsort(-expected(starts), kind="stable")
     step = 1e-4 * np.eye(space.size)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sklearn.gaussian_process.kernels import Kernel
 
 from graincal.data import Reference
-from graincal.inference.likelihood import columns
+from graincal.inference.likelihood import ReducedLikelihood, columns
 from graincal.inference.process import Process
 from graincal.inference.warping import even_powers, warped
 
@@ -65,6 +65,8 @@ class Emulator:
         self._total = np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2))
         self._cheaper = cheaper
         if cheaper is not None:
+            # Evaluations that follow a first look are near the reference, and differ less than responses do over the box.
+            self._total = max(self._total, cheaper._total)
             curves = curves - columns(cheaper.curves(cheaper.predict(unit)[0], responses.shape[2])) / scale
         middle = curves.mean(axis=0)
         left, sizes, right = np.linalg.svd(curves - middle, full_matrices=False)
@@ -149,3 +151,8 @@ class Emulator:
 def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
     """One for each column of scores (N, q) at points (N, n)."""
     return [Process(points, score, starts[k] if k < len(starts) else None) for k, score in enumerate(scores.T)]
+
+
+def emulated_log_likelihood(likelihoods: Sequence[ReducedLikelihood], emulators: Sequence[Emulator], unit: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of all references, each with its emulator, (M,) at points (M, n)."""
+    return sum(likelihood(*emulator.predict(unit)) for likelihood, emulator in zip(likelihoods, emulators))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference.defensive import DefensiveMixture
-from graincal.inference.emulator import Emulator
+from graincal.inference.emulator import Emulator, emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
@@ -52,5 +52,5 @@ class FirstLook:
             ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(True))
             for reference, model, emulator in zip(references, errors, emulators)
         ]
-        found = explore(space, lambda points: sum(likelihood(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators)), rng, power=POWER)
+        found = explore(space, lambda points: emulated_log_likelihood(likelihoods, emulators, points), rng, power=POWER)
         return emulators, found.proposal

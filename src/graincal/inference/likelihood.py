@@ -83,8 +83,9 @@ class ReducedLikelihood:
         return marginal(self.hypotheses(mean, variance), self.log_prior)
 
     def expected(self, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The log likelihood expected of responses (N,), over all hypotheses: where a response is uncertain that is less than `__call__`'s log of an
-        expectation, which a response that is far off but may be anything can have, too."""
+        """The log likelihood that may be expected of responses (N,): over the hypotheses, of the log likelihood expected under each (at least that, by
+        Jensen's inequality; exactly, for one hypothesis). Where a response is uncertain it is less than `__call__`'s log of an expectation, which a response
+        that is far off but may be anything can have, too."""
         logs = np.empty((len(mean), len(self.constant)))
         for h in range(len(self.constant)):
             squares = np.sum(mean @ self.curvature[h] * mean, axis=1) + variance @ np.diag(self.curvature[h])

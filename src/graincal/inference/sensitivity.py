@@ -10,6 +10,7 @@ from scipy.special import logsumexp
 
 from graincal.data import ParameterSpace, Reference
 from graincal.inference.emulation import Emulation
+from graincal.inference.emulator import emulated_log_likelihood
 from graincal.inference.error_model import error_model
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
@@ -21,7 +22,7 @@ DRAWS, SAMPLES = 50, 400
 
 
 def evidence_over_emulators(emulation: Emulation, space: ParameterSpace, rng: np.random.Generator) -> NDArray[np.float64]:
-    """The log evidence, (DRAWS,), if the simulator's mean response were one of so many responses that the emulators hold possible, each drawn jointly over the box.
+    """The log evidence, (DRAWS,), if the simulator's mean response were one of so many that the emulators hold possible, each drawn jointly at samples of the posterior.
 
     Where the emulator does not know whether a region fits, a draw has it fit or not, and the evidence is much the larger or not.
     """
@@ -64,7 +65,5 @@ def without_discrepancy(
         )
         for reference, scatter, emulator in zip(references, scatters, emulation.emulators)
     ]
-    found = explore(
-        space, lambda unit: sum(likelihood(*emulator.predict(unit)) for likelihood, emulator in zip(likelihoods, emulation.emulators)), rng
-    )
+    found = explore(space, lambda unit: emulated_log_likelihood(likelihoods, emulation.emulators, unit), rng)
     return Posterior(space.names, found.theta, found.weights)

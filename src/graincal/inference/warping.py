@@ -15,10 +15,13 @@ LOG_POWER_STD, MOST_LOG_POWER = 0.5, 1.5
 
 DIFFERENCE = 1e-3
 
+# Nearer to the lower end of a range points are the same: a root's slope has no bound there, and runs that differ by roundings would be set apart.
+LEAST = 1e-6
+
 
 def warped(unit: NDArray[np.float64], powers: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points (N, n) of the unit cube in the coordinates u^power: a power below 1 stretches the lower end of a range, one above 1 the upper end."""
-    return np.clip(unit, 0, 1) ** powers
+    return np.clip(unit, LEAST, 1) ** powers
 
 
 def even_powers(processes: Sequence[Process], unit: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
@@ -72,14 +73,22 @@ class PythonModel:
         call = self._evaluation(at)
         if self.executor is not None:
             futures: set[Future] = set()
+            stopped = threading.Event()
 
             def hand_over(sample: Samples) -> Response | Failure:
                 future = self.executor.submit(call, np.array(sample.theta[0]))
                 futures.add(future)
                 future.add_done_callback(futures.discard)
+                if stopped.is_set():
+                    future.cancel()
                 return future.result()
 
-            return OneByOne(hand_over, lambda: [future.cancel() for future in list(futures)], queues=True)
+            def stop() -> None:
+                stopped.set()
+                for future in list(futures):
+                    future.cancel()
+
+            return OneByOne(hand_over, stop, queues=True)
         if isinstance(self.function, str):
             processes = Processes(partial(find_function, self.function, self.folder), self.timeout)
             return OneByOne(lambda sample: processes.run(call, np.array(sample.theta[0])), processes.stop)

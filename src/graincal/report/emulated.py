@@ -79,10 +79,12 @@ class Emulated:
 
     @cached_property
     def unsure(self) -> float:
-        """The part of the probability that lies where the emulators do not know whether the parameters fit."""
+        """The part of the probability that lies where the emulators do not know whether the parameters fit, in one experiment or another."""
         unit = self.result.space.to_unit(self.theta)
         with threadpool_limits(1):
-            return float(np.mean(self.emulation.log_likelihood(unit) - self.emulation.expected_log_likelihood(unit) > UNSURE))
+            predicted = [(likelihood, emulator.predict(unit)) for likelihood, emulator in zip(self.emulation.likelihoods, self.emulation.emulators)]
+            doubts = [likelihood(*response) - likelihood.expected(*response) for likelihood, response in predicted]
+        return float(np.mean(np.max(doubts, axis=0) > UNSURE))
 
     @cached_property
     def bands(self) -> tuple[Bands, ...]:
@@ -99,7 +101,7 @@ class Emulated:
                 # A hypothesis on the errors for each sample, as probable as the reference makes it.
                 logs = likelihood.hypotheses(mean, variance) + likelihood.log_prior
                 hypothesis = np.argmax(logs + rng.gumbel(size=logs.shape), axis=1)
-                added = emulator.truncation + (np.diag(emulator.simulator) if scatters else 0)
+                added = np.diag(emulator.added(scatters))
                 sd = np.sqrt(np.array([np.diag(covariance) for covariance in errors.covariances])[hypothesis] + added)
                 sd = np.swapaxes(sd.reshape(len(sd), len(names), -1), 1, 2)
                 measured = response + sd * rng.standard_normal(sd.shape)

@@ -172,9 +172,10 @@ def _causes(result: Result) -> str:
 
 def _evidence(emulated: Emulated) -> str:
     half, deviation = emulated.evidence_of_half_ranges, emulated.result.learnt[-1].log_evidence_std
+    halved = f"{half:.2f} if each range were half as wide about the posterior's mean" if np.isfinite(half) else "nothing would be left of it in half of each range about the posterior's mean"
     return (
         f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(deviation, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
-        f"possible and over the draws that estimate it), and {half:.2f} if each range were half as wide about the posterior's mean: it depends on the ranges. "
+        f"possible and over the draws that estimate it), and {halved}: it depends on the ranges. "
         "It compares models on the same reference, errors and ranges, and says nothing by itself."
     )
 
