@@ -45,8 +45,7 @@ def draw_bands(emulated: Emulated) -> Figure:
         f"of it would, errors included: about nine in ten points of the reference belong there. Each holds {_MOST}, state by state."
     )
     if np.isfinite(answer.mean):
-        spread = f" ± {answer.spread:.2g}" if answer.spread > 0 else ""
-        title = f"The answer's responses are {answer.mean:.3g}{spread} % from the reference."
+        title = f"The answer's responses are {numbers.repeated(answer.mean, answer.spread)} % from the reference."
     else:
         title = "What the posterior expects of the responses."
     observables = {len(experiment.reference.names) for experiment in result.experiments}

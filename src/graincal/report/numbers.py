@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+ALIKE = 1e-5
+"""Runs that differ by less than this part are alike: they are a billionth of the ranges apart, and the model does not scatter."""
+
 
 def estimate(mean: float, spread: float) -> str:
     """Mean and standard deviation, two digits of the latter: `28.4 ± 1.1`, `(5.24 ± 0.12) × 10^{8}`."""
@@ -11,6 +14,11 @@ def estimate(mean: float, spread: float) -> str:
     decimals = _decimals(spread or abs(mean), 2 if spread else 4)
     shown = f"{_fixed(mean, decimals, exponent)} ± {_fixed(spread, decimals, exponent)}"
     return f"({shown}) × 10^{{{exponent}}}".replace("-", "−") if exponent else shown
+
+
+def repeated(mean: float, spread: float) -> str:
+    """The mean of what several runs gave, with its standard deviation unless they are alike: `4.00 ± 0.13`, `1.57`."""
+    return estimate(mean, spread) if spread > ALIKE * abs(mean) else value(mean, 3)
 
 
 def between(low: float, high: float) -> str:

@@ -81,7 +81,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     expected, causes = emulated.expected_error(), _causes(result)
     if answer and answer.mean > FAR * expected:
         said.append(
-            f"The answer is {answer.mean:.3g} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
+            f"The answer is {numbers.value(answer.mean, 3)} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
             "or the errors are stated too small, or the answer lies where the emulator is wrong. "
             + ("The intervals allow for a discrepancy of the model." if result.calibration.filter_options.get("discrepancy") else "The intervals leave that out; discrepancy = true allows for it.")
         )
@@ -146,10 +146,9 @@ def _answer(result: Result, emulated: Emulated) -> str:
     listed = ", ".join(f"{shown.label} {numbers.value(value, 3)}{_unit(shown)}" for shown, value in zip(parameters(result.space), answer.theta))
     said = [f"The answer, which fits best as far as the emulator knows: {listed}."]
     known = np.isfinite(answer.errors)
-    repeated = bool(known.any()) and answer.spread <= 1e-5 * answer.mean
+    repeated = bool(known.any()) and answer.spread <= numbers.ALIKE * answer.mean
     if known.any():
-        spread = "" if repeated else f" ± {answer.spread:.2g}"
-        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {answer.mean:.3g}{spread} % from the reference (ε, Eq. 6).")
+        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε, Eq. 6).")
         if repeated:
             said.append("The runs, a billionth of the ranges apart, are alike: the model does not scatter.")
     if len(answer.errors) and not known.all():
