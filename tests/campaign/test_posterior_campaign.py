@@ -14,6 +14,7 @@ from graincal.campaign.status import status
 from graincal.campaign.replay import tell
 from graincal.campaign.store import Store
 from graincal.cli.check import _describe, _expectation
+from graincal.report import summarise
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 from .test_campaign import assert_same
@@ -175,3 +176,16 @@ def test_check_says_what_it_will_take_and_how_errors_were_understood():
 
 def replace_errors(error):
     return gc.Reference(STRAIN, reference().observables, measurement_errors={"stress_ratio": error})
+
+
+def test_another_build_learns_from_the_evaluations_that_are_stored(folder, result, monkeypatch):
+    # A build whose first batch is another one, since its sequence is.
+    monkeypatch.setattr("graincal.inference.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)]))
+    again = gc.Result.read(folder)
+    posterior = again.posterior
+    assert again.learnt_again and not result.learnt_again
+    np.testing.assert_array_equal(again.filter.evaluations.theta, result.samples)
+    assert np.all(np.abs(posterior.mean() - result.posterior.mean()) < 0.3 * result.posterior.std())
+    assert "would have made other evaluations than those of the campaign" in summarise(again)
+    with pytest.raises(gc.InputError, match="other samples than are stored"):
+        gc.resume(folder, model(), max_iterations=3)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +12,7 @@ from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.store import Store, same
 from graincal.data import ParameterSpace, Response, Samples
+from graincal.inference import Stop
 
 INFEASIBLE = "infeasible"
 """The kind of a `Failure` by which a model says that a sample's parameters are impossible; other kinds say nothing of them."""
@@ -39,6 +42,17 @@ def replay(store: Store, calibration: Calibration) -> Filter:
         if not same(asked, iteration.samples):
             raise store.other_samples(index)
         tell(filter, asked, store, calibration.experiments)
+    return filter
+
+
+def learn_again(store: Store, calibration: Calibration) -> Filter:
+    """A posterior filter that has learnt from the iterations that are complete, whatever samples it would have asked for itself: what another build can
+    say of a campaign. The evaluations carry no weight."""
+    never = Stop(posterior_shift=False, max_iterations=sys.maxsize, max_evaluations=sys.maxsize)
+    filter = dataclasses.replace(calibration, stop=never).new_filter()
+    for iteration in store.iterations():
+        filter.ask_instead(iteration.samples)
+        tell(filter, iteration.samples, store, calibration.experiments)
     return filter
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graincal.campaign.calibration import POSTERIOR, Calibration, Filter
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
-from graincal.campaign.replay import replay, runs_at_answer
+from graincal.campaign.replay import learn_again, replay, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
 from graincal.inference import Grade, Posterior, Stop, grade
@@ -62,7 +62,8 @@ class Result:
     observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment.
     seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
     iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
-    learnt: what each brought of the posterior, in figures; empty by methods without one.
+    learnt: what each brought of the posterior, in figures; empty by methods without one. learnt_again: whether `filter`, once it has been asked for,
+    learnt from the stored evaluations because this build would have made others.
     stopped_by, stopped_because: the criterion and a sentence; None while the campaign is not at its end.
     calibration: what was asked. provenance: what it was computed with. started: when, ISO 8601.
     """
@@ -76,6 +77,7 @@ class Result:
         self.started = store.meta("started")
         self.stopped_by = store.meta("stopped_by")
         self.stopped_because = store.meta("stopped_because")
+        self.learnt_again = False
         self.iterations = store.iterations()
         self.learnt: tuple[Learnt, ...] = store.learnt()
         if not self.iterations:
@@ -150,8 +152,19 @@ class Result:
 
     @cached_property
     def filter(self) -> Filter:
-        """The filter as it is after the complete iterations. It is told again what the store holds, which takes `PosteriorFilter` seconds an iteration."""
-        return self._filter or replay(self._store, self.calibration)
+        """The filter as it is after the complete iterations. It is told again what the store holds, which takes `PosteriorFilter` seconds an iteration.
+
+        A posterior filter of another build than the one that ran, which would ask for other samples, learns from those that are stored (`learnt_again`).
+        """
+        if self._filter:
+            return self._filter
+        try:
+            return replay(self._store, self.calibration)
+        except InputError:
+            if not self.has_posterior:
+                raise
+            self.learnt_again = True
+            return learn_again(self._store, self.calibration)
 
     @property
     def has_posterior(self) -> bool:

@@ -157,6 +157,12 @@ class PosteriorFilter(AskTellFilter):
             stretched = np.abs(np.log(now.std() / before.std()))
         return float(np.nanmax([*moved, *stretched]))
 
+    def ask_instead(self, samples: Samples) -> None:
+        """Have these told next, with ids that go on from the last told, instead of what is asked for: they are learnt from, and carry no weight."""
+        self._origins.clear()
+        self._origins.append((self._start, 0))
+        self._batches.replace(Batch(samples, self.references, self.space))
+
     # The loop
 
     def _complete_batch(self, batch: Batch) -> None:

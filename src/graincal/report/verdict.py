@@ -73,6 +73,11 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
             f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals. "
             "The posterior is too narrow."
         )
+    if result.learnt_again:
+        said.append(
+            f"This build of graincal would have made other evaluations than those of the campaign, which was begun with {result.provenance['graincal']}: it has learnt from them again, "
+            "and what it says is not to the digit what was said then."
+        )
     carrying = int(np.sum(emulation.weights > 0))
     if carrying >= MANY_RUNS and emulation.pareto_k > LARGEST_K:
         said.append(f"A few runs carry most of the weight (Pareto k = {emulation.pareto_k:.2g}, above {LARGEST_K:g}): the runs were not where the posterior is.")
