@@ -68,14 +68,18 @@ class ReducedLikelihood:
         q = mean.shape[1]
         logs = np.empty((len(mean), len(self.constant)))
         deviation = np.sqrt(variance)
+        # Bordered by the gradient, one factorisation gives the determinant and the square: the matrix is at least the identity, so the corner stays above 1.
+        bordered = np.empty((len(mean), q + 1, q + 1))
         for h in range(len(self.constant)):
             pulled = mean @ self.curvature[h]
             exact = self.constant[h] + mean @ self.slope[h] - 0.5 * np.sum(pulled * mean, axis=1)
             gradient = deviation * (self.slope[h] - pulled)
-            spread = np.eye(q) + deviation[:, :, None] * self.curvature[h] * deviation[:, None, :]
-            factor = np.linalg.cholesky(spread)
-            white = np.linalg.solve(factor, gradient[:, :, None])[:, :, 0]
-            logs[:, h] = exact + 0.5 * np.sum(white**2, axis=1) - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
+            corner = 1 + np.sum(gradient**2, axis=1)
+            bordered[:, :q, :q] = np.eye(q) + deviation[:, :, None] * self.curvature[h] * deviation[:, None, :]
+            bordered[:, q, :q] = bordered[:, :q, q] = gradient
+            bordered[:, q, q] = corner
+            diagonal = np.einsum("nii->ni", np.linalg.cholesky(bordered))
+            logs[:, h] = exact + 0.5 * (corner - diagonal[:, q] ** 2) - np.log(diagonal[:, :q]).sum(axis=1)
         return logs
 
     def __call__(self, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
