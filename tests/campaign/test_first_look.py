@@ -93,7 +93,7 @@ def test_it_is_of_the_same_parameters_and_experiments(look):
         ([experiment()], gc.ParameterSpace({"strength": (0, 1), "a": (0, 1)}), "first_look: a first look at strength, a was expected, and this campaign is of"),
         ([experiment()], gc.ParameterSpace({"strength": (5, 6), "dilatancy": (0, 1)}), "first_look: a first look needs at least two evaluations within"),
         ([gc.Experiment("drained", gc.PythonModel(respond), gc.Reference(STRAIN[1:], {"stress_ratio": respond(TRUTH)["stress_ratio"][1:]}))], SPACE,
-         "other states or observables"),
+         "has the observables stress_ratio, volumetric_strain, and stress_ratio were expected"),
     ):  # fmt: skip
         with pytest.raises(gc.InputError, match=said):
             gc.calibrate(experiments, space=space, first_look=look, **FEW)

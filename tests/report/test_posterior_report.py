@@ -125,6 +125,12 @@ def test_the_table_shows_what_a_discrepancy_does(result, emulated):
     assert np.abs(np.subtract(*ends)).max() < 0.2 * np.ptp(ends[0])
 
 
+def moved(iteration, theta):
+    """The same, with all samples at theta."""
+    samples = gc.Samples(iteration.samples.ids, np.tile(theta, (len(iteration.samples), 1)), iteration.samples.names)
+    return replace(iteration, samples=samples)
+
+
 def test_when_not_to_trust_it_is_said(result, emulated):
     def said(emulation=None, **changes):
         doubtful = copy(result)
@@ -135,7 +141,15 @@ def test_when_not_to_trust_it_is_said(result, emulated):
         other.emulation = replace(emulated.emulation, **emulation or {})
         return " ".join(verdict.doubts(doubtful, other))
 
-    assert "Nothing that was looked at speaks against it" in said(stopped_by="posterior_shift")
+    def off(percent):
+        """The last runs, which are those at the answer, so much further from the reference."""
+        return (*result.iterations[:-1], replace(result.iterations[-1], errors=result.iterations[-1].errors + percent))
+
+    # Measurement errors alone lead to 5 %.
+    assert "Nothing that was looked at speaks against it" in said(stopped_by="posterior_shift", iterations=off(5))
+    assert "the errors look too large as they are stated" in said()
+    theta = emulated.posterior.interval(0.9)[1] * 1.01
+    assert "The answer lies outside the 90 % interval of φ" in said(iterations=(*result.iterations[:-1], moved(result.iterations[-1], theta)))
     assert "The emulator is rough: near the posterior it misses held-out runs by 30 %" in said({"held_out": (0.3,)})
     doubting = copy(emulated.emulation.emulators[0])
     doubting.inflation = 1e6 * doubting.inflation
@@ -144,8 +158,7 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
-    iterations = (*result.iterations[:-1], replace(result.iterations[-1], errors=result.iterations[-1].errors + 60))
-    assert "the model cannot reproduce the test that well" in said(iterations=iterations)
+    assert "the model cannot reproduce the test that well" in said(iterations=off(60))
 
 
 def test_before_the_end_it_says_what_is_known_so_far(result, tmp_path):

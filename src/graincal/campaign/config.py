@@ -214,7 +214,7 @@ class FilterSection(Section):
     ahead: int = Field(0, ge=0, description="a whole number, not negative")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
-    first_look: str | None = Field(None, description="the folder of a campaign of cheaper models on the same experiments")
+    first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
 
 
 class StopSection(Section):

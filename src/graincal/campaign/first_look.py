@@ -11,6 +11,9 @@ from graincal.campaign.result import Result
 from graincal.data import InputError, Response
 from graincal.inference.first_look import FirstLook
 
+# States that differ by less than this part are the same: they went through a table.
+SAME = 1e-6
+
 
 def first_look_of(result: Result, calibration: Calibration, named: str) -> FirstLook:
     """The evaluations of a campaign that have responses in every experiment. named: how the campaign is called in a mistake.
@@ -28,8 +31,10 @@ def first_look_of(result: Result, calibration: Calibration, named: str) -> First
         if experiment.name not in known:
             raise InputError(f'{named}: a first look at the experiment "{experiment.name}" was expected, and this campaign has {", ".join(known)}.')
         other = result.experiments[known[experiment.name]].reference
-        if not np.array_equal(other.control, reference.control) or set(other.names) != set(reference.names):
-            raise InputError(f'{named}: its experiment "{experiment.name}" has other states or observables, and the same reference was expected.')
+        if set(other.names) != set(reference.names):
+            raise InputError(f'{named}: its experiment "{experiment.name}" has the observables {", ".join(other.names)}, and {", ".join(reference.names)} were expected.')
+        if len(other.control) != len(reference.control) or not np.allclose(other.control, reference.control, rtol=SAME, atol=SAME * np.ptp(reference.control)):
+            raise InputError(f'{named}: its experiment "{experiment.name}" has other states, and the {reference.control_name} of the reference was expected.')
         outcomes = [result.response(int(id), known[experiment.name]) for id in ids]
         responses.append(np.array([outcome.observables(reference.names) for outcome in outcomes if isinstance(outcome, Response)]))
     look = FirstLook(result.samples[~result.failed][:, columns], tuple(responses))
@@ -42,4 +47,8 @@ def first_look_of(result: Result, calibration: Calibration, named: str) -> First
 
 def read_first_look(folder: Path, calibration: Calibration) -> FirstLook:
     """That of the campaign in a folder."""
-    return first_look_of(Result.read(folder), calibration, str(folder))
+    try:
+        result = Result.read(folder)
+    except InputError as error:
+        raise InputError(f"filter.first_look: {error}") from error
+    return first_look_of(result, calibration, f"filter.first_look: {folder}")

@@ -34,6 +34,8 @@ def check(
         typer.echo("\n".join(_describe(experiment, calibration.method)))
     for doubt in doubts(calibration):
         typer.echo(f"Note: {doubt}")
+    if look := calibration.first_look:
+        typer.echo(f"first look: {len(look.theta)} evaluations of another campaign, of the same parameters and experiments")
     filter = calibration.blank_filter()
     if isinstance(filter, IterativeBayesianFilter) and (advice := sample_size_advice(space, filter.alpha)):
         typer.echo(advice)

@@ -259,7 +259,7 @@ class PosteriorFilter(AskTellFilter):
             met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
         most = self.most_evaluations
         if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
-            met["max_evaluations"] = f"{count} evaluations are done, and another batch would exceed the limit of {most}"
+            met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {most}"
         if self._iterations and not self._evaluations.usable.any():
             return {"failures": f"all {count} evaluations failed"}
         return met
@@ -307,5 +307,7 @@ class PosteriorFilter(AskTellFilter):
             raise InputError(f"filter.scatters must have one entry for each of the {len(self.references)} references.")
         if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
             raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
-        if self.stop.max_evaluations is not False and self.stop.max_evaluations < self.first_batch:
-            raise InputError(f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples.")
+        answer = REPLICATES if self.emulator else 0
+        if self.stop.max_evaluations is not False and self.stop.max_evaluations < self.first_batch + answer:
+            runs = f" and the {answer} runs at the answer" if answer else ""
+            raise InputError(f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples{runs}.")

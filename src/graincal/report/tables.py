@@ -178,6 +178,7 @@ def _settings(calibration: Calibration) -> dict[str, str]:
             **({"first look": f"{len(calibration.first_look.theta)} evaluations of a cheaper model"} if calibration.first_look else {}),
             "first batch": str(used.first_batch),
             "batch": str(used.batch),
+            **({"ahead": str(used.ahead)} if used.ahead else {}),
             "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
             "discrepancy": "marginalised" if calibration.filter_options.get("discrepancy") else "none",
         }

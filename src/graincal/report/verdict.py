@@ -53,11 +53,8 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     """Why not to trust it, a sentence each; one that says so where there is no reason. What it is conditional on comes last."""
     emulation, answer = emulated.emulation, result.answer
     said = []
-    if result.stopped_by in ("max_evaluations", "max_iterations") or not result.stopped_by:
-        moved = result.filter.shift(1 if len(answer.samples) else 0)
-        if not moved <= result.stop.posterior_shift:
-            by = f"the last batch moved it by {moved:.2g} standard deviations" if np.isfinite(moved) else "there was no second batch to compare with"
-            said.append(f"The posterior has not settled: {by}. More evaluations would tell.")
+    if unsettled := _unsettled(result):
+        said.append(f"The posterior has not settled: {unsettled}. More evaluations would tell.")
     if max(emulation.held_out) > ROUGH:
         said.append(
             f"The emulator is rough: near the posterior it misses held-out runs by {100 * max(emulation.held_out):.2g} % of the spread of the responses, more than "
@@ -89,6 +86,17 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
             f"The answer is {numbers.value(answer.mean, 3)} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
             "or the errors are stated too small, or the answer lies where the emulator is wrong. "
             + ("The intervals allow for a discrepancy of the model." if result.calibration.filter_options.get("discrepancy") else "The intervals leave that out; discrepancy = true allows for it.")
+        )
+    if answer and FAR * answer.mean < expected:
+        said.append(
+            f"The answer is {numbers.value(answer.mean, 3)} % from the reference, where {causes[0].lower()}{causes[1:]} lead to {expected:.2g} %: the errors look too large as they "
+            "are stated, and the intervals are about in proportion to them."
+        )
+    low, high = emulated.posterior.interval(PROBABILITY)
+    outside = [shown.label for shown, value, lower, upper in zip(parameters(result.space), answer.theta, low, high) if not lower <= value <= upper]
+    if outside:
+        said.append(
+            f"The answer lies outside the {100 * PROBABILITY:.0f} % interval of {_listed(outside)}: it is where the responses are known to fit best, and the interval is of all that may fit."
         )
     at_edge = [shown.label for shown, end in zip(parameters(result.space), _at_edge(result)) if end]
     if at_edge:
@@ -124,10 +132,25 @@ def _sentence(emulated: Emulated, k: int) -> str:
 
 def _identified(emulated: Emulated) -> str:
     labels, said = [shown.label for shown in parameters(emulated.result.space)], []
+    if _unsettled(emulated.result):
+        said.append("As it stands, and it has not settled:")
     for word in ("identified", "weakly identified", "not identified"):
         if members := [label for label, verdict in zip(labels, verdicts(emulated)) if verdict == word]:
             said.append(f"{word[0].upper()}{word[1:]}: {_listed(members)}.")
     return " ".join(said)
+
+
+def _unsettled(result: Result) -> str:
+    """How the posterior was still moving, as a clause; nothing where it has settled, or ended for another reason than a limit."""
+    if result.stopped_by not in (None, "max_evaluations", "max_iterations"):
+        return ""
+    answered = len(result.answer.samples) > 0
+    moved = result.filter.shift(1 if answered else 0)
+    if moved <= result.stop.posterior_shift:
+        return ""
+    if not np.isfinite(moved):
+        return "there was no second batch to compare with"
+    return f"the last batch{' before the runs at the answer' if answered else ''} moved it by {moved:.2g} standard deviations"
 
 
 def _ridges(emulated: Emulated) -> str:
@@ -175,13 +198,20 @@ def _causes(result: Result) -> str:
 
 
 def _evidence(emulated: Emulated) -> str:
-    half, deviation = emulated.evidence_of_half_ranges, emulated.result.learnt[-1].log_evidence_std
+    result = emulated.result
+    half, deviation = emulated.evidence_of_half_ranges, result.learnt[-1].log_evidence_std
     halved = f"{half:.2f} if each range were half as wide about the posterior's mean" if np.isfinite(half) else "nothing would be left of it in half of each range about the posterior's mean"
     return (
         f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(deviation, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
         f"possible and over the draws that estimate it), and {halved}: it depends on the ranges. "
-        "It compares models on the same reference, errors and ranges, and says nothing by itself."
+        f"{_before(result)}It compares models on the same reference, errors and ranges, and says nothing by itself."
     )
+
+
+def _before(result: Result) -> str:
+    """What the evidence was two batches earlier, which says more of how well it is known than its deviation while it rises."""
+    earlier = result.learnt[-3].log_evidence if len(result.learnt) > 2 else np.nan
+    return f"Two batches earlier it was {earlier:.2f}. " if np.isfinite(earlier) else ""
 
 
 def _ending(result: Result) -> str:
@@ -204,7 +234,7 @@ def _conditions(result: Result) -> list[str]:
     said = []
     alone = [experiment.name for experiment in result.experiments if isinstance(experiment.model, StressPathTest) and not experiment.scatters]
     if alone:
-        of = f" of {_listed(alone)}" if len(result.experiments) > 1 else ""
+        of = f" in {_listed(alone)}" if len(result.experiments) > 1 else ""
         said.append(f"It is conditional on this packing{of}: another of the same grading and void ratio would move the parameters, by how much one packing cannot tell.")
     unstated = dict.fromkeys(quantity(name).label for each in result.experiments for name in each.reference.names if name not in each.reference.measurement_errors)
     if unstated:
