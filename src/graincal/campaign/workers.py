@@ -43,9 +43,11 @@ class Workers:
     def give(self, iteration: int, experiment: int, samples: Samples) -> None:
         """Have samples of an iteration evaluated in an experiment."""
         lengths = self._experiments[experiment].expected_lengths(samples)
+        tasks = []
         for row, (id, length) in enumerate(zip(samples.ids, lengths)):
             self._samples[int(id)] = samples.take([row])
-            self._put(Task(iteration, experiment, -float(length), int(id)))
+            tasks.append(Task(iteration, experiment, -float(length), int(id)))
+        self._put(tasks)
 
     def next(self) -> tuple[Task, Response | Failure]:
         """Wait for an evaluation to end. Raises what the model raised.
@@ -56,7 +58,7 @@ class Workers:
             if not self._under_way and self._crashed:
                 task = self._crashed.pop()
                 self._again.add(task)
-                self._put(task)
+                self._put([task])
             task, outcome = self._outcomes.get()
             self._under_way -= 1
             if isinstance(outcome, BaseException):
@@ -81,15 +83,17 @@ class Workers:
         for model in self._models:
             model.stop()
 
-    def _put(self, task: Task) -> None:
-        self._under_way += 1
+    def _put(self, tasks: Sequence[Task]) -> None:
+        """All at once, so that the longest of them is the first to be taken."""
+        self._under_way += len(tasks)
         with self._changed:
-            heappush(self._waiting, task)
-            if self._idle < len(self._waiting) and self._threads < self._most:
+            for task in tasks:
+                heappush(self._waiting, task)
+            for _ in range(int(min(len(self._waiting) - self._idle, self._most - self._threads))):
                 self._threads += 1
                 # A function that never ends must not keep the interpreter from ending.
                 threading.Thread(target=self._work, daemon=True).start()
-            self._changed.notify()
+            self._changed.notify_all()
 
     def _work(self) -> None:
         while (task := self._take()) is not None:
