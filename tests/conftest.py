@@ -14,3 +14,12 @@ def reference_data():
         pytest.skip("GRAINCAL_REFERENCE_DATA names no folder with the published packings and curves")
     assert Path(folder).is_dir(), f"GRAINCAL_REFERENCE_DATA names {folder}, which is no folder"
     return Path(folder)
+
+
+@pytest.fixture(scope="module")
+def fewer_draws():
+    """As many draws from the emulated posterior as facts need that are not about its digits: each batch waits for them."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
+            patch.setattr(f"graincal.inference.explore.{name}", number)
+        yield

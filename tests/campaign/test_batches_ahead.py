@@ -16,7 +16,7 @@ from graincal.campaign.status import status
 
 from .hyperbola import SPACE, STRAIN, respond, write_calibration
 from .test_campaign import assert_same
-from .test_posterior_campaign import fewer_draws, infeasible, measured  # noqa: F401 (a fixture)
+from .test_posterior_campaign import infeasible, measured
 
 THREE_BATCHES = gc.Stop(max_iterations=3, posterior_shift=False)
 
@@ -27,7 +27,7 @@ def calibrate(function=infeasible, **options):
 
 
 @pytest.fixture(scope="module")
-def result(fewer_draws):  # noqa: F811
+def result(fewer_draws):
     return calibrate()
 
 

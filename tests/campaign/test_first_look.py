@@ -12,6 +12,8 @@ from graincal.report import summarise
 from .hyperbola import SPACE, STRAIN, respond, write_calibration
 from .test_campaign import assert_same
 
+pytestmark = pytest.mark.usefixtures("fewer_draws")
+
 LIMITS = {"stress_ratio": 0.05, "volumetric_strain": 2e-4}
 TRUTH = np.array([0.6, 0.4])
 FEW = {"method": "posterior", "seed": 4, "workers": 1}
@@ -32,15 +34,6 @@ def experiment(function=respond, name="drained"):
 
 def calibrate(function=respond, iterations=2, **options):
     return gc.calibrate([experiment(function)], space=SPACE, stop=gc.Stop(max_iterations=iterations), **FEW | options)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def fewer_draws():
-    """As many draws from the emulated posterior as these facts need."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
-            patch.setattr(f"graincal.inference.explore.{name}", number)
-        yield
 
 
 @pytest.fixture(scope="module")

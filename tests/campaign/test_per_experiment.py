@@ -22,6 +22,8 @@ from .hyperbola import SPACE as SHARED
 from .hyperbola import STRAIN, respond, write_calibration
 from .test_campaign import assert_same
 
+pytestmark = pytest.mark.usefixtures("fewer_draws")
+
 SPACE = gc.ParameterSpace({"strength": (0, 1), "dilatancy": (0, 1)}, per_experiment=["strength"])
 NAMES = ("strength (0.5 MPa)", "strength (1 MPa)", "dilatancy")
 TRUTH = np.array([0.6, 0.35, 0.4])
@@ -41,15 +43,6 @@ def experiments(function=respond):
 
 def calibrate(function=respond, space=SPACE, **options):
     return gc.calibrate(experiments(function), space=space, **{"seed": 4, "workers": 1} | options)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def fewer_draws():
-    """As many draws from the emulated posterior as these facts need."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
-            patch.setattr(f"graincal.inference.explore.{name}", number)
-        yield
 
 
 @pytest.fixture(scope="module")

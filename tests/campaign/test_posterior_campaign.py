@@ -19,6 +19,8 @@ from graincal.report import summarise
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 from .test_campaign import assert_same
 
+pytestmark = pytest.mark.usefixtures("fewer_draws")
+
 # Two batches and the runs at the answer: training emulators takes most of the time.
 STOP = gc.Stop(max_iterations=2)
 LIMITS = {"stress_ratio": 0.05, "volumetric_strain": 2e-4}
@@ -35,15 +37,6 @@ def infeasible(theta):
 
 def calibrate(function=infeasible, **options):
     return gc.calibrate(gc.PythonModel(function), measured(), SPACE, method="posterior", **{"seed": 6, "stop": STOP, "workers": 1} | options)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def fewer_draws():
-    """As many draws from the emulated posterior as these facts need: they are not about its digits, and each batch waits for them."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
-            patch.setattr(f"graincal.inference.explore.{name}", number)
-        yield
 
 
 @pytest.fixture(scope="module")

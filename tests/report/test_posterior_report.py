@@ -20,17 +20,7 @@ from .test_report import read
 ERRORS = {"stress_ratio": 0.03, "volumetric_strain": 5e-4}
 
 
-def fewer_draws(patch):
-    """As in tests/campaign/test_posterior_campaign.py."""
-    for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
-        patch.setattr(f"graincal.inference.explore.{name}", number)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def quick():
-    with pytest.MonkeyPatch.context() as patch:
-        fewer_draws(patch)
-        yield
+pytestmark = pytest.mark.usefixtures("fewer_draws")
 
 
 @pytest.fixture(scope="module")
