@@ -5,8 +5,10 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -34,18 +36,26 @@ struct Outcome {
 
 class Batch {
   public:
+    // Looks at a task's records each time that there is one more, on the thread that runs it: true to stop the run. It must not throw.
+    using Watch = std::function<bool(Index task, std::span<const Record> records)>;
+
     // `make(i)` builds the i-th task, of any engine, on the thread that will run it, so that only simulations under way take memory.
     // `order` lists the tasks in the order in which they start.
     template <class Make>
-    Batch(Make make, std::vector<Index> order, unsigned threads, const Target& target) : order_(std::move(order)), target_(target) {
+    Batch(Make make, std::vector<Index> order, unsigned threads, const Target& target, Watch watch = {})
+        : order_(std::move(order)), target_(target), watch_(std::move(watch)) {
         for (unsigned t = 0; t < threads; ++t)
             threads_.emplace_back([this, make] {
                 for (std::size_t k; (k = next_++) < order_.size();) deliver(outcome_of(order_[k], make));
             });
     }
-    ~Batch() {
+    ~Batch() { finish(); }
+
+    // Ends what is under way, and waits for that.
+    void finish() {
         cancel();
         for (auto& thread : threads_) thread.join();
+        threads_.clear();
     }
 
     // The next outcome in order of completion; nothing if none comes within the time.
@@ -75,6 +85,7 @@ class Batch {
         auto& state = task.simulation.state;
         Progress progress;
         std::vector<Record> records(task.stages.size());
+        Index watched = 0;
         enter_stage(task.stages[0], state, progress, task.rest);
         Status status = Status::running;
         while (status == Status::running) {
@@ -82,6 +93,8 @@ class Batch {
                 status = Status::cancelled;
             else if (state.steps >= task.step_limit)
                 status = Status::out_of_steps;
+            else if (watch_ && progress.records > watched && watch_(index, std::span(records).first(watched = progress.records)))
+                status = Status::stopped;
             else
                 status = task.simulation.advance([&] {
                     return static_cast<Status>(target_.follow({CompiledEngines::index<Engine>(), &state, task.stages.data(),
@@ -104,6 +117,7 @@ class Batch {
 
     std::vector<Index> order_;
     const Target& target_;
+    Watch watch_;
     std::atomic<std::size_t> next_{0};
     std::atomic<bool> cancelled_{false};
     std::mutex mutex_;

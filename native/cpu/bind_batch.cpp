@@ -2,6 +2,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "batch.hpp"
 #include "bindings.hpp"
@@ -10,7 +11,7 @@ namespace graincal {
 namespace {
 
 // The recorded states as columns: name -> (T,).
-nb::dict columns_of(const std::vector<Record>& records) {
+nb::dict columns_of(std::span<const Record> records) {
     nb::dict result;
     const auto column = [&](const char* name, auto value) {
         std::vector<double> values;
@@ -35,7 +36,27 @@ nb::dict columns_of(const std::vector<Record>& records) {
     return result;
 }
 
-nb::object next_outcome(Batch& batch, double patience) {
+// Threads of a batch may wait for the interpreter, to show a record: who waits for them must not hold it.
+class InterpretedBatch : public Batch {
+  public:
+    using Batch::Batch;
+    ~InterpretedBatch() {
+        nb::gil_scoped_release release;
+        finish();
+    }
+};
+
+// Calls watch(task, columns), which must not raise.
+Batch::Watch as_watch(const nb::object& watch) {
+    if (watch.is_none()) return {};
+    // A thread must not count references without the interpreter, so that it holds none.
+    return [handle = nb::handle(watch)](Index task, std::span<const Record> records) {
+        nb::gil_scoped_acquire acquire;
+        return nb::cast<bool>(handle(task, columns_of(records)));
+    };
+}
+
+nb::object next_outcome(InterpretedBatch& batch, double patience) {
     std::optional<Outcome> outcome;
     {
         nb::gil_scoped_release release;
@@ -52,30 +73,30 @@ nb::object next_outcome(Batch& batch, double patience) {
     return result;
 }
 
-template <class Engine> void bind_start(nb::class_<Batch>& batch) {
+template <class Engine> void bind_start(nb::class_<InterpretedBatch>& batch) {
     using Real = typename Engine::Real;
     using Law = typename Engine::Law;
     batch.def("__init__",
-             [](Batch* self, const HeldPacking& packing, const std::vector<typename Engine::GivenLaw>& laws, double density, const std::vector<Stage>& stages,
+             [](InterpretedBatch* self, const HeldPacking& packing, const std::vector<typename Engine::GivenLaw>& laws, double density, const std::vector<Stage>& stages,
                 const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision,
-                const Economy& economy) {
+                const Economy& economy, const nb::object& watch) {
                  expect_precision<Engine>(precision);
                  auto held = std::make_shared<const HeldPacking>(packing);
                  const auto make = [held, laws, density, stages, step_limit, economy](Index k) {
                      return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k].template in_precision<Real>(), density, economy), stages, economy.rest(), step_limit};
                  };
-                 new (self) Batch(make, order, threads, target_named(instruction_set));
+                 new (self) InterpretedBatch(make, order, threads, target_named(instruction_set), as_watch(watch));
              },
              "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
-             "economy"_a = Economy{});
+             "economy"_a = Economy{}, "watch"_a = nb::none(), nb::keep_alive<1, 12>());
 }
 
 }  // namespace
 
 void bind_batch(nb::module_& module) {
-    nb::class_<Batch> batch(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.");
+    nb::class_<InterpretedBatch> batch(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.");
     batch.def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
-        .def("cancel", &Batch::cancel);
+        .def("cancel", [](InterpretedBatch& batch) { batch.cancel(); });
     CompiledEngines::each([&]<class Engine>(Engine) { bind_start<Engine>(batch); });
 }
 

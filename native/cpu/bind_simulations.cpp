@@ -20,20 +20,8 @@ template <class Real> void set_given_vectors(const Particles<Real>& particles, c
     }
 }
 
-// A near pair by its particles as given, the lower first; reversed where the engine has it the other way round.
-struct GivenPair {
-    Index first, second, slot;
-    bool reversed;
-};
-template <class Sim> std::vector<GivenPair> given_pairs(const Sim& sim) {
-    const auto& slots = sim.neighbours.slots;
-    std::vector<GivenPair> pairs;
-    for (Index slot = 0; slot < slots.row[sim.particles.count]; ++slot) {
-        const Index i = sim.particles.given[slots.first[slot]], j = sim.particles.given[slots.second[slot]];
-        pairs.push_back({std::min(i, j), std::max(i, j), slot, i > j});
-    }
-    std::sort(pairs.begin(), pairs.end(), [](const GivenPair& a, const GivenPair& b) { return std::pair(a.first, a.second) < std::pair(b.first, b.second); });
-    return pairs;
+template <class Sim> std::vector<RenumberedPair> given_pairs(const Sim& sim) {
+    return renumbered_pairs(sim.neighbours.slots, sim.particles.count, sim.particles.given);
 }
 
 // A single simulation in hand: what tests and the preparation of packings work with.
@@ -109,11 +97,11 @@ template <class Engine> class InteractiveSimulation {
 template <class Engine> nb::dict contacts_of(InteractiveSimulation<Engine>& simulation) {
     const auto& s = simulation.state();
     const auto& slots = s.neighbours.slots;
-    std::vector<GivenPair> touching = given_pairs(s);
-    std::erase_if(touching, [&](const GivenPair& pair) { return !slots.touching(pair.slot); });
+    std::vector<RenumberedPair> touching = given_pairs(s);
+    std::erase_if(touching, [&](const RenumberedPair& pair) { return !slots.touching(pair.slot); });
     std::vector<Index> first, second;
     std::vector<double> overlap;
-    for (const GivenPair& pair : touching) first.push_back(pair.first), second.push_back(pair.second), overlap.push_back(slots.overlap[pair.slot]);
+    for (const RenumberedPair& pair : touching) first.push_back(pair.first), second.push_back(pair.second), overlap.push_back(slots.overlap[pair.slot]);
     const auto vectors = [&](auto vector) {
         return vectors_as_numpy(static_cast<Index>(touching.size()), [&](Index k) {
             const auto v = vector(touching[k].slot);
@@ -221,7 +209,7 @@ template <class Engine> void bind_simulation(nb::module_& module) {
         }, "Rebuilds of the outer and of the near list, near pairs, outer pairs.")
         .def_prop_ro("near_pairs", [](Sim& s) {
             std::vector<Index> ends;
-            for (const GivenPair& pair : given_pairs(s.state())) ends.push_back(pair.first), ends.push_back(pair.second);
+            for (const RenumberedPair& pair : given_pairs(s.state())) ends.push_back(pair.first), ends.push_back(pair.second);
             const std::size_t count = ends.size() / 2;
             return as_numpy(std::move(ends), {count, 2});
         })

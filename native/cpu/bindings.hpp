@@ -70,6 +70,7 @@ inline const char* name_of(Status status) {
         case Status::diverged: return "diverged";
         case Status::out_of_steps: return "out_of_steps";
         case Status::out_of_memory: return "out_of_memory";
+        case Status::stopped: return "stopped";
         default: return "cancelled";
     }
 }

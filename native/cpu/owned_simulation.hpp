@@ -1,4 +1,5 @@
-// A simulation with the memory that it lives in, on a host: built from a packing, copied whole, given more room when a list is full.
+// A simulation with the memory that it lives in, on a host: built from a packing, copied whole, sorted in space now and then, given more room when a
+// list is full.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -30,17 +32,15 @@ struct PackingView {
 };
 
 // The particles along a Morton curve through meshes about as wide as a grain: who touch are then near in memory too.
-inline std::vector<Index> order_in_space(const PackingView& packing, const Mat3<double>& to_fractional) {
-    const Index n = static_cast<Index>(packing.count());
-    const double meshes_per_length = std::cbrt(double(n));
+// `fractional(i)` are the fractional coordinates of particle i.
+template <class F> std::vector<Index> order_in_space(Index n, const Mat3<double>& edges, F fractional) {
+    const double meshes_per_edge = std::cbrt(double(n) / determinant(edges));
     std::vector<std::pair<std::uint64_t, Index>> placed(n);
     for (Index i = 0; i < n; ++i) {
-        const double* x = &packing.positions[3 * i];
-        const Vec3<double> s = to_fractional * Vec3<double>{x[0], x[1], x[2]};
+        const Vec3<double> s = fractional(i);
         std::uint64_t key = 0;
         for (Index axis = 0; axis < 3; ++axis) {
-            const double edge = std::cbrt(determinant(packing.edges)), length = packing.edges(axis, axis);
-            const auto mesh = static_cast<std::uint64_t>((s[axis] - std::floor(s[axis])) * meshes_per_length * length / edge);
+            const auto mesh = static_cast<std::uint64_t>((s[axis] - std::floor(s[axis])) * meshes_per_edge * edges(axis, axis));
             for (Index bit = 0; bit < 20; ++bit) key |= (mesh >> bit & 1) << (3 * bit + axis);
         }
         placed[i] = {key, i};
@@ -49,6 +49,22 @@ inline std::vector<Index> order_in_space(const PackingView& packing, const Mat3<
     std::vector<Index> order(n);
     for (Index i = 0; i < n; ++i) order[i] = placed[i].second;
     return order;
+}
+
+// A near pair by other numbers of its particles, the lower first; reversed where its slot has them the other way round.
+struct RenumberedPair {
+    Index first, second, slot;
+    bool reversed;
+};
+template <class Real> std::vector<RenumberedPair> renumbered_pairs(const PairSlots<Real>& slots, Index particles, const Index* number) {
+    std::vector<RenumberedPair> pairs(slots.row[particles]);
+    for (Index slot = 0; slot < slots.row[particles]; ++slot) {
+        const Index i = number[slots.first[slot]], j = number[slots.second[slot]];
+        pairs[slot] = {std::min(i, j), std::max(i, j), slot, i > j};
+    }
+    std::sort(pairs.begin(), pairs.end(),
+              [](const RenumberedPair& a, const RenumberedPair& b) { return std::pair(a.first, a.second) < std::pair(b.first, b.second); });
+    return pairs;
 }
 
 // A particle's density over that of all, by its radius, where masses go with a power of it: (r / R)^(exponent - 3), R such that the whole keeps its mass.
@@ -69,7 +85,11 @@ template <class Real, class Law> class OwnedSimulation {
         state.cell.edges = state.cell.initial_edges = packing.edges;
         const Mat3<double> to_fractional = inverse(packing.edges);
         double largest = 0, smallest = packing.radii[0], sum = 0, shortest_wave = std::numeric_limits<double>::infinity();
-        const std::vector<Index> order = order_in_space(packing, to_fractional);
+        const auto fractional = [&](Index given) {
+            const double* x = &packing.positions[3 * given];
+            return to_fractional * Vec3<double>{x[0], x[1], x[2]};
+        };
+        const std::vector<Index> order = order_in_space(n, packing.edges, fractional);
         const auto share_of_density = shares_of_density(packing.radii, economy.mass_exponent);
         for (Index i = 0; i < n; ++i) {
             const Index given = order[i];
@@ -79,8 +99,7 @@ template <class Real, class Law> class OwnedSimulation {
             const double own_density = share_of_density(r) * density, mass = own_density * (4.0 / 3.0 * 3.14159265358979323846) * r * r * r;
             state.particles.inverse_mass[i] = Real(1 / mass);
             state.particles.inverse_inertia[i] = Real(1 / (economy.inertia_factor * 0.4 * mass * r * r));
-            const double* x = &packing.positions[3 * given];
-            state.particles.fractional.set(i, to_fractional * Vec3<double>{x[0], x[1], x[2]});
+            state.particles.fractional.set(i, fractional(given));
             largest = std::max(largest, r);
             smallest = std::min(smallest, r);
             sum += r;
@@ -97,7 +116,7 @@ template <class Real, class Law> class OwnedSimulation {
         state.servo.inertia = servo_inertia_factor * density * std::pow(state.cell.volume(), 2.0 / 3.0);
     }
     // A copy has the particles' motion and the contacts' memory; its neighbour lists and forces are found anew at its first step.
-    OwnedSimulation(const OwnedSimulation& other) : OwnedSimulation(other, other.outer_capacity(), other.near_capacity()) {}
+    OwnedSimulation(const OwnedSimulation& other) : OwnedSimulation(other, other.present_order(), other.outer_capacity(), other.near_capacity()) {}
     OwnedSimulation(OwnedSimulation&&) = default;
     OwnedSimulation& operator=(const OwnedSimulation&) = delete;
     OwnedSimulation& operator=(OwnedSimulation&&) = default;
@@ -105,16 +124,25 @@ template <class Real, class Law> class OwnedSimulation {
     // Doubles the room of the list that was found full.
     void make_room(Status full) {
         if (std::max(outer_capacity(), near_capacity()) > std::numeric_limits<Index>::max() / 2) throw std::bad_alloc();
-        *this = OwnedSimulation(*this, outer_capacity() * (full == Status::needs_more_outer_pairs ? 2 : 1),
+        *this = OwnedSimulation(*this, present_order(), outer_capacity() * (full == Status::needs_more_outer_pairs ? 2 : 1),
                                 near_capacity() * (full == Status::needs_more_near_pairs ? 2 : 1));
     }
 
-    // Follows a path, making room where a neighbour list asks for it.
+    void sort_in_space() {
+        const auto& particles = state.particles;
+        const auto order = order_in_space(particles.count, state.cell.edges, [&](Index i) { return particles.fractional[i]; });
+        *this = OwnedSimulation(*this, order, outer_capacity(), near_capacity());
+    }
+
+    // Follows a path, sorting the particles and making room where the neighbour lists ask for it.
     template <class Advance> Status advance(Advance step) {
         for (;;) {
-            const Status status = step();
-            if (status != Status::needs_more_outer_pairs && status != Status::needs_more_near_pairs) return status;
-            make_room(status);
+            switch (const Status status = step()) {
+                case Status::needs_sorting: sort_in_space(); break;
+                case Status::needs_more_outer_pairs:
+                case Status::needs_more_near_pairs: make_room(status); break;
+                default: return status;
+            }
         }
     }
 
@@ -124,6 +152,11 @@ template <class Real, class Law> class OwnedSimulation {
     static constexpr double outer_gap_share = 0.60, near_gap_share = 0.02;
 
   private:
+    std::vector<Index> present_order() const {
+        std::vector<Index> order(state.particles.count);
+        std::iota(order.begin(), order.end(), Index(0));
+        return order;
+    }
     Index outer_capacity() const { return state.neighbours.outer_capacity; }
     Index near_capacity() const { return state.neighbours.near_capacity; }
 
@@ -140,35 +173,42 @@ template <class Real, class Law> class OwnedSimulation {
         state.lay_out(arena, n, outer_pairs, near_pairs);
     }
 
-    OwnedSimulation(const OwnedSimulation& other, Index outer_pairs, Index near_pairs) : state(other.state) {
-        const State& source = other.state;
-        const Index n = source.particles.count;
-        allocate(n, outer_pairs, near_pairs);
+    // order[k] is the place in `other` of what becomes particle k.
+    OwnedSimulation(const OwnedSimulation& other, const std::vector<Index>& order, Index outer_pairs, Index near_pairs) : state(other.state) {
+        allocate(state.particles.count, outer_pairs, near_pairs);
         state.neighbours.outer_valid = state.neighbours.near_valid = false;
+        take_particles(other.state.particles, order);
+        take_contacts(other.state.neighbours.slots, order);
+    }
 
-        const auto copy = [](auto* to, const auto* from, Index count) { std::copy_n(from, count, to); };
-        const auto copy_vectors = [&](const auto& to, const auto& from, Index count) {
-            copy(to.x, from.x, count), copy(to.y, from.y, count), copy(to.z, from.z, count);
-        };
-        const auto &to = state.particles, &from = source.particles;
-        copy_vectors(to.fractional, from.fractional, n);
-        copy_vectors(to.velocity, from.velocity, n);
-        copy_vectors(to.spin, from.spin, n);
-        copy(to.given, from.given, n);
-        copy(to.radius, from.radius, n);
-        copy(to.inverse_mass, from.inverse_mass, n);
-        copy(to.inverse_inertia, from.inverse_inertia, n);
+    void take_particles(const Particles<Real>& from, const std::vector<Index>& order) {
+        auto& to = state.particles;
+        for (Index k = 0; k < to.count; ++k) {
+            const Index i = order[k];
+            to.fractional.set(k, from.fractional[i]);
+            to.velocity.set(k, from.velocity[i]);
+            to.spin.set(k, from.spin[i]);
+            to.given[k] = from.given[i];
+            to.radius[k] = from.radius[i];
+            to.inverse_mass[k] = from.inverse_mass[i];
+            to.inverse_inertia[k] = from.inverse_inertia[i];
+        }
+    }
 
-        const auto &slots = state.neighbours.slots, &old = source.neighbours.slots;
-        const Index pairs = old.row[n];
-        copy(slots.row, old.row, n + 1);
-        copy(slots.first, old.first, pairs);
-        copy(slots.second, old.second, pairs);
-        copy(slots.overlap, old.overlap, pairs);
-        copy_vectors(slots.normal, old.normal, pairs);
-        copy_vectors(slots.shear, old.shear, pairs);
-        copy_vectors(slots.bending, old.bending, pairs);
-        copy_vectors(slots.twisting, old.twisting, pairs);
+    void take_contacts(const PairSlots<Real>& from, const std::vector<Index>& order) {
+        const Index n = state.particles.count;
+        std::vector<Index> place(n);
+        for (Index k = 0; k < n; ++k) place[order[k]] = k;
+        const auto& to = state.neighbours.slots;
+        Index slot = 0;
+        for (const RenumberedPair& pair : renumbered_pairs(from, n, place.data())) {
+            const ContactHistory<Real> history = from.history(pair.slot);
+            ++to.row[pair.first + 1];
+            to.first[slot] = pair.first;
+            to.second[slot] = pair.second;
+            to.store(slot++, pair.reversed ? history.reversed() : history);
+        }
+        std::partial_sum(to.row, to.row + n + 1, to.row);
     }
 
     // Of a huge page.

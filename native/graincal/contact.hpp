@@ -23,6 +23,9 @@ template <class Real> struct ContactHistory {
     Vec3<Real> shear;     // tangential force on 2
     Vec3<Real> bending;   // moment on 2 across the normal
     Vec3<Real> twisting;  // moment on 2 along the normal
+
+    // As it is for the pair (2, 1).
+    ContactHistory reversed() const { return {overlap, -normal, -shear, -bending, -twisting}; }
 };
 
 template <class Real> struct ContactStiffness {

@@ -9,11 +9,12 @@
 
 namespace graincal {
 
-enum class NeighbourStatus { ready, outer_full, near_full, cell_too_small };
+enum class NeighbourStatus { ready, out_of_order, outer_full, near_full, cell_too_small };
 
 template <class Real> struct Neighbours {
     using Terms = PairTerms<Load<Real>>;
     static constexpr Index found_room = 16;
+    static constexpr Index rebuilds_in_an_order = 8;  // of the outer list, in which a particle moves a grain's size or two: then they are sorted anew
     static_assert(sizeof(Terms) == sizeof(PairTerms<StiffnessSum<Real>>));
 
     Index count = 0;  // of particles
@@ -285,7 +286,8 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
     return NeighbourStatus::ready;
 }
 
-// Makes sure that every pair which touches at the present positions has a slot.
+// Makes sure that every pair which touches at the present positions has a slot. Where particles are out of order, or a list is full, the simulation is
+// untouched: the host sorts them, or makes room, and both lists are built from nothing.
 template <class Team, class Real>
 NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const auto near_is_enough = [&] {
@@ -303,6 +305,8 @@ NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, cons
         return closing(list, cell, list.outer_edges, travel) + list.near_gap < list.outer_gap;
     };
     if (!list.outer_valid || !outer_is_enough()) {
+        const bool order_is_old = list.outer_valid && list.outer_rebuilds % list.rebuilds_in_an_order == 0;
+        if (order_is_old) return NeighbourStatus::out_of_order;
         const NeighbourStatus status = rebuild_outer(team, list, particles, cell);
         if (status != NeighbourStatus::ready) return status;
     }

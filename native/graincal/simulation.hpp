@@ -8,7 +8,7 @@
 
 namespace graincal {
 
-enum class Status { running, finished, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, out_of_memory, cancelled };
+enum class Status { running, finished, needs_sorting, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, out_of_memory, stopped, cancelled };
 
 // The passes of a step. Whoever watches them is called at the end of each; by default nobody does.
 enum class Pass { outer_list, near_list, forces, stiffness, stage, motion };
@@ -41,6 +41,7 @@ template <class Real, class Law> struct Simulation {
 
 inline Status as_simulation_status(NeighbourStatus status) {
     switch (status) {
+        case NeighbourStatus::out_of_order: return Status::needs_sorting;
         case NeighbourStatus::outer_full: return Status::needs_more_outer_pairs;
         case NeighbourStatus::near_full: return Status::needs_more_near_pairs;
         case NeighbourStatus::cell_too_small: return Status::cell_too_small;
@@ -99,8 +100,8 @@ Status move(const Team& team, Simulation<Real, Law>& sim, Opposed opposed = {}) 
     return fastest < sim.speed_limit() ? Status::running : Status::diverged;
 }
 
-// Advances until `last_step` steps are done, the servo driving to the goals set. After a neighbour list was found full the simulation is untouched, and
-// goes on once it has more room.
+// Advances until `last_step` steps are done, the servo driving to the goals set. Where the neighbour lists ask for an order or for room the simulation is
+// untouched, and goes on once it has them.
 template <class Team, class Real, class Law> Status run(const Team& team, Simulation<Real, Law>& sim, long long last_step) {
     while (sim.steps < last_step) {
         if (const Status status = find_forces(team, sim); status != Status::running) return status;

@@ -141,8 +141,8 @@ bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& 
     return true;
 }
 
-// Advances at most `steps` steps along the path. Anything but `running` ends the call early; after a neighbour list was found full the
-// simulation is untouched, and goes on once it has more room.
+// Advances at most `steps` steps along the path. Anything but `running` ends the call early; where the neighbour lists ask for an order or for room the
+// simulation is untouched, and goes on once it has them.
 template <class Team, class Real, class Law, class Watch = Unwatched>
 Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage* stages, Index stage_count, Progress& progress,
               const Rest& rest, Record* records, long long steps, Watch&& watch = Unwatched{}) {

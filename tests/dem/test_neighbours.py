@@ -141,6 +141,26 @@ def test_a_sheared_packing_moves_as_one_computed_over_all_pairs(gradient, dampin
     compared(simulation, everything, tolerance=6e4 * (ROUNDING * edges.max() / 0.01 + rounding(precision)))
 
 
+def test_particles_that_wander_are_sorted_anew_and_keep_their_histories(precision):
+    # Spheres pushed through each other, several radii far. The engine sorts them with every eighth outer list: order and sides of pairs change, memory must not.
+    positions, radii, edges = jittered_lattice(side=4, spacing=1.9)
+    parameters = Parameters(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9)
+    simulation = _native.Simulation(positions, radii, edges, law(*astuple(parameters)), IMMOVABLE, precision=precision)
+    everything = AllPairs(positions, radii, edges, parameters, IMMOVABLE)
+    generator = np.random.default_rng(8)
+    for _ in range(30):
+        velocities, spins = generator.normal(0, 20, positions.shape), generator.normal(0, 20, positions.shape)
+        simulation.set_velocities(velocities)
+        simulation.set_spins(spins)
+        everything.velocities, everything.spins = velocities, spins
+        for _ in range(10):
+            everything.step(1e-3, STILL)
+        steps(simulation, 10, 1e-3)
+        # Roundings of the gap (of the cell's edge) and of the law, turned a few hundred times.
+        compared(simulation, everything, tolerance=6e4 * (ROUNDING * edges.max() + rounding(precision)))
+    assert simulation.rebuilds[0] >= 17
+
+
 def test_lists_that_overflow_leave_histories_intact(precision):
     # A cubic lattice compressed until its second and third neighbours come near too: 13 near pairs a particle where the list begins with room for 6,
     # and more than 20 in the outer list, which begins with room for 16. Whichever pair it belongs to, the law's memory must come through as lists grow.
