@@ -46,6 +46,15 @@ def test_a_stress_ratio_that_stays_at_one_is_noted(stress_ratio, noted):
     assert any("is the unit of the stress right" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))) == noted
 
 
+@pytest.mark.parametrize(("error", "noted"), [(0.05, True), (0.0005, False)])
+def test_errors_in_percent_are_noted(error, noted):
+    reference = Reference(STRAIN, {"volumetric_strain": DENSE}, measurement_errors={"volumetric_strain": error})
+    said = [doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1)) if "volumetric_strain is said to be measured to 0.05" in doubt]
+    assert bool(said) == noted
+    reference = Reference(STRAIN, {"volumetric_strain": DENSE}, control_step=100 * error)
+    assert any("axial_strain is said to be measured to 5" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))) == noted
+
+
 def test_degrees_that_look_like_radians_are_noted():
     assert unusual_parameters({"phi": (0.5,), "fixed.phi": (30.0,), "parameters.phi": (0.1, 1.0), "nu": (0.2,)}) == [
         "phi = 0.5 is in degrees; if 0.5 rad is meant, write 28.65.",

@@ -26,12 +26,24 @@ def doubts(calibration: Calibration) -> list[str]:
     for name, test in tests:
         said += [f'Experiment "{name}": {doubt}' for doubt in unusual(test)]
     said += [f'Experiment "{experiment.name}": {doubt}' for experiment in calibration.experiments if (doubt := _unsheared(experiment.reference))]
+    said += [f'Experiment "{experiment.name}": {doubt}' for experiment in calibration.experiments for doubt in _large_errors(experiment.reference)]
     if tests:
         space = calibration.space.of_experiment(0)
         said += unusual_parameters({f"parameters.{name}": (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)})
     if calibration.number_of_workers > (cores := available_cores()):
         said.append(f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it.")
     return said
+
+
+def _large_errors(reference: Reference) -> list[str]:
+    """Measurement errors as large as what was measured: most of them are percent that were meant to be fractions."""
+    errors = {name: max(error.absolute, error.step) for name, error in reference.measurement_errors.items()} | {reference.control_name: reference.control_step}
+    measured = {name: np.ptp(values) for name, values in reference.observables.items()} | {reference.control_name: np.ptp(reference.control)}
+    return [
+        f"{name} is said to be measured to {error:g}, and it varies by {measured[name]:.3g} in all; strains and their errors are fractions here, not percent."
+        for name, error in errors.items()
+        if error > 0.5 * measured[name] > 0
+    ]
 
 
 def _unsheared(reference: Reference) -> str | None:
