@@ -36,7 +36,7 @@ struct Outcome {
 
 class Batch {
   public:
-    // Looks at a task's records each time that there is one more, on the thread that runs it: true to stop the run. It must not throw.
+    // Looks at a task's records each time that there is one more, on the thread that runs it: true to stop the run. It throws nothing but std::bad_alloc.
     using Watch = std::function<bool(Index task, std::span<const Record> records)>;
 
     // `make(i)` builds the i-th task, of any engine, on the thread that will run it, so that only simulations under way take memory.

@@ -1,6 +1,7 @@
 // Batches of simulations, and what comes out of them.
 #include <chrono>
 #include <memory>
+#include <new>
 #include <optional>
 #include <span>
 
@@ -52,7 +53,11 @@ Batch::Watch as_watch(const nb::object& watch) {
     // A thread must not count references without the interpreter, so that it holds none.
     return [handle = nb::handle(watch)](Index task, std::span<const Record> records) {
         nb::gil_scoped_acquire acquire;
-        return nb::cast<bool>(handle(task, columns_of(records)));
+        try {
+            return nb::cast<bool>(handle(task, columns_of(records)));
+        } catch (const nb::python_error&) {
+            throw std::bad_alloc();  // all that is left, where what is called does not raise
+        }
     };
 }
 

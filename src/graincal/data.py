@@ -307,7 +307,8 @@ class Reference:
 class Response:
     """What a model returned for one sample: `values` maps names of observables and quantities of interest to (T,), on `control` (T,).
 
-    `details` holds scalars about the evaluation (steps, flagged states, seconds of wall time)."""
+    `details` holds scalars about the evaluation (steps, flagged states, seconds of wall time; a "stopped" that is not 0 says that it ended early, on
+    request, and `control` with it)."""
 
     control: NDArray[np.float64]
     values: Mapping[str, NDArray[np.float64]]
@@ -316,6 +317,11 @@ class Response:
     def __repr__(self) -> str:
         flagged = f", {self.details['flagged']:g} of them flagged" if "flagged" in self.details else ""
         return f"Response({len(self.control)} states{flagged}: {', '.join(self.values)})"
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the evaluation ended early, on request: these are the first of the states that were asked for."""
+        return bool(self.details.get("stopped"))
 
     def observables(self, names: tuple[str, ...]) -> NDArray[np.float64]:
         """The named values as columns, (T, J)."""

@@ -282,6 +282,48 @@ def test_a_batch_can_be_stopped():
     assert {outcome["status"] for outcome in outcomes} == {"cancelled"}
 
 
+# Runs that are watched
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_who_watches_is_shown_the_states_so_far_and_can_stop_a_run(packing, curves, workers):
+    shown = {10: [], 11: [], 12: []}
+
+    def watch(id, response):
+        shown[id].append(response)
+        return id == 11 and len(response.control) == 2
+
+    samples = Samples(np.array([10, 11, 12]), THETAS[:3], PARAMETERS)
+    outcomes = dict(triaxial(packing).evaluate(samples, STRAINS, workers=workers, watch=watch))
+    for row in (0, 2):
+        assert_identical(outcomes[row], curves[row])
+        # With the last state the run is at its end, and there is nothing to decide.
+        assert [len(response.control) for response in shown[10 + row]] == [1, 2, 3]
+    stopped = outcomes[1]
+    assert stopped.stopped and not outcomes[0].stopped and len(shown[11]) == 2
+    assert list(stopped.control) == STRAINS[:2] and stopped.details["steps"] < curves[1].details["steps"]
+    for name, values in stopped.values.items():
+        assert np.array_equal(values, curves[1].values[name][:2]), name
+        assert np.array_equal(values, shown[11][-1].values[name]), name
+
+
+def test_what_a_watch_raises_is_raised_by_who_waits(packing):
+    def watch(id, response):
+        raise ArithmeticError(f"sample {id} cannot be looked at")
+
+    samples = Samples(np.arange(3), THETAS[:3], PARAMETERS)
+    with pytest.raises(ArithmeticError, match="cannot be looked at"):
+        list(triaxial(packing).evaluate(samples, STRAINS, workers=2, watch=watch))
+
+
+def test_a_batch_that_is_given_up_while_it_is_watched_ends(packing):
+    # Its threads may be waiting for the interpreter, to show a state, while it waits for them.
+    for _ in range(20):
+        runs = triaxial(packing).evaluate(Samples(np.arange(6), THETAS, PARAMETERS), STRAINS, workers=4, watch=lambda id, response: len(response.control) == 1)
+        next(runs)
+        runs.close()
+
+
 # States not at rest
 
 RESTLESS = [10.0, 0.2, 0.0, 0.0, 0.0]

@@ -24,7 +24,7 @@ from graincal.suggestion import did_you_mean
 POSTERIOR = "posterior"
 
 _OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance")
-FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "correlation_length", "discrepancy")}
+FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "correlation_length", "discrepancy")}
 """The options of each method's filter."""
 
 _LIMITS = ("max_iterations", "max_evaluations")
@@ -42,7 +42,8 @@ class Calibration:
     filter_options: those of the filter that are not left at its defaults. workers: evaluations at once, "all" for one a core; it changes nothing of
     what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
     nothing is found by them, and the report shows them beside what is; of a parameter with a value for each experiment, either all or one of them. file: the path of the calibration file from the root, if there is one.
-    first_look: evaluations of cheaper models to begin with, by the method "posterior".
+    first_look: evaluations of cheaper models to begin with, by the method "posterior". look: the calibration by cheaper models that makes them, which is run
+    first where they are not there yet.
     """
 
     space: ParameterSpace
@@ -56,6 +57,7 @@ class Calibration:
     truth: Mapping[str, float] = field(default_factory=dict)
     file: str = ""
     first_look: FirstLook | None = None
+    look: Calibration | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -89,6 +91,8 @@ class Calibration:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')
         self.blank_filter()
+        if self.look is not None:
+            self._check_look(self.look)
         for number, experiment in enumerate(self.experiments):
             self._check_model(experiment, self.space.of_experiment(number))
         return self
@@ -116,8 +120,8 @@ class Calibration:
     def _check_options(self) -> None:
         """Raise InputError for options and criteria that the method does not look at."""
         options, criteria = FILTER_OPTIONS[self.method], CRITERIA[self.method]
-        if self.first_look is not None and self.method != POSTERIOR:
-            raise InputError(f'filter.first_look is an option of method = "{POSTERIOR}", and with "{self.method}" one of {", ".join(options)} was expected.')
+        if (self.first_look is not None or self.look is not None) and self.method != POSTERIOR:
+            raise InputError(f'{"filter.first_look" if self.look is None else "first_look"} is an option of method = "{POSTERIOR}", and with "{self.method}" one of {", ".join(options)} was expected.')
         for name in sorted(set(self.filter_options) - set(options)):
             if others := [method for method in METHODS if name in FILTER_OPTIONS[method]]:
                 raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with "{self.method}" one of {", ".join(options)} was expected.')
@@ -126,6 +130,12 @@ class Calibration:
             limit = getattr(self.stop, criterion.name)
             if criterion.name not in criteria and limit is not False and limit != criterion.default:
                 raise InputError(f'stop.{criterion.name} means nothing to method = "{self.method}", which looks at {", ".join(criteria)}.')
+
+    def _check_look(self, look: Calibration) -> None:
+        try:
+            look.check()
+        except InputError as error:
+            raise InputError(f"first_look: {error}") from error
 
     def _check_model(self, experiment: Experiment, space: ParameterSpace) -> None:
         control, model = experiment.reference.control_name, experiment.model

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from graincal.campaign.trouble import FolderError
 from graincal.campaign.workers import Workers
 from graincal.data import Failure, Response, Samples
 from graincal.inference import PosteriorFilter
+from graincal.inference.early_stop import EarlyStop
 
 CURVES = "curves"
 
@@ -39,6 +41,8 @@ class Campaign:
 
     def run(self) -> Result:
         """Go on to the end."""
+        for listener in self.listeners:
+            listener.begins(self.calibration)
         filter = self.calibration.new_filter()
         if getattr(filter, "ahead", 0):
             # Evaluations in threads go on while the filter limits the threads of linear algebra, which holds for all of a process: their last digits
@@ -58,10 +62,10 @@ class Campaign:
             index = len(filter.iterations)
             samples = filter.under_way[0]
             if workers:
-                self._evaluate_ahead(index, filter.under_way, workers)
+                self._evaluate_ahead(index, filter.under_way, filter.early_stops, workers)
             else:
                 self.store.ask(index, samples, len(self.calibration.experiments))
-                self._evaluate(index, samples)
+                self._evaluate(index, samples, filter.early_stops[0])
             tell(filter, samples, self.store, self.calibration.experiments)
             learnt = Learnt.of(filter) if isinstance(filter, PosteriorFilter) else None
             self.store.complete(filter.iterations[-1], learnt)
@@ -75,8 +79,8 @@ class Campaign:
             listener.stops(filter.stopped_by, filter.stopped_because)
         return Result(self.store, self.calibration, filter)
 
-    def _evaluate(self, iteration: int, samples: Samples) -> None:
-        """Evaluate what is waiting, one experiment after the other; a sample that fails in one is left out of the next."""
+    def _evaluate(self, iteration: int, samples: Samples, early_stop: EarlyStop | None) -> None:
+        """Evaluate what is waiting, one experiment after the other; a sample that fails or is stopped in one is left out of the next."""
         for number, experiment in enumerate(self.calibration.experiments):
             waiting = samples.take(np.isin(samples.ids, self.store.waiting(iteration, number)))
             if not len(waiting):
@@ -85,14 +89,15 @@ class Campaign:
                 listener.experiment_begins(iteration, experiment.name, len(waiting), len(samples))
             self.store.begin(waiting.ids, number)
             # Closed at once if storing fails: what is under way must not go on behind an error.
-            with closing(experiment.evaluate(self.calibration.space.seen_by(number, waiting), self.calibration.number_of_workers)) as outcomes:
+            hopeless = partial(early_stop.hopeless, number) if early_stop else None
+            with closing(experiment.evaluate(self.calibration.space.seen_by(number, waiting), self.calibration.number_of_workers, hopeless)) as outcomes:
                 for row, outcome in outcomes:
                     self._record(int(waiting.ids[row]), number, outcome)
 
-    def _evaluate_ahead(self, first: int, batches: Sequence[Samples], workers: Workers) -> None:
+    def _evaluate_ahead(self, first: int, batches: Sequence[Samples], early_stops: Sequence[EarlyStop | None], workers: Workers) -> None:
         """Have all batches under way evaluated, of which the first has this number, until that one is.
 
-        A sample goes from one experiment to the next by itself, unless it fails; to those who count, all that waits begins at once.
+        A sample goes from one experiment to the next by itself, unless it fails or is stopped; to those who count, all that waits begins at once.
         """
         count = len(self.calibration.experiments)
         for index, samples in enumerate(batches, first):
@@ -106,19 +111,19 @@ class Campaign:
                 if waiting.any():
                     for listener in self.listeners:
                         listener.experiment_begins(index, experiment.name, int(waiting.sum()), len(samples))
-                self._give(workers, index, number, samples.take(waiting & ~begun))
+                self._give(workers, index, number, samples.take(waiting & ~begun), early_stops[index - first])
                 begun |= waiting
         while any(len(self.store.waiting(first, number)) for number in range(count)):
             task, outcome = workers.next()
             self._record(task.id, task.experiment, outcome)
-            if isinstance(outcome, Response) and task.experiment + 1 < count:
+            if isinstance(outcome, Response) and not outcome.stopped and task.experiment + 1 < count:
                 samples = batches[task.iteration - first]
-                self._give(workers, task.iteration, task.experiment + 1, samples.take(samples.ids == task.id))
+                self._give(workers, task.iteration, task.experiment + 1, samples.take(samples.ids == task.id), early_stops[task.iteration - first])
 
-    def _give(self, workers: Workers, iteration: int, number: int, samples: Samples) -> None:
+    def _give(self, workers: Workers, iteration: int, number: int, samples: Samples, early_stop: EarlyStop | None) -> None:
         if len(samples):
             self.store.begin(samples.ids, number)
-            workers.give(iteration, number, self.calibration.space.seen_by(number, samples))
+            workers.give(iteration, number, self.calibration.space.seen_by(number, samples), early_stop)
 
     def _record(self, id: int, number: int, outcome: Response | Failure) -> None:
         self.store.record(id, number, outcome)

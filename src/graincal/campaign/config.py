@@ -6,7 +6,7 @@ import os
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
@@ -52,9 +52,9 @@ class Parameter(Section):
 
 class Observable(Section):
     variance_share: Positive | None = Field(None, description="a number above 0, the smaller the more trusted")
-    measurement_error: Positive | None = Field(None, description="a standard deviation above 0 in the reference's own units")
+    measurement_error: Positive | None = Field(None, description="a standard deviation above 0, a fraction for strains, in Pa for stresses")
     relative_error: Positive | None = Field(None, description="a standard deviation above 0 as a part of each value")
-    step: Positive | None = Field(None, description="the step of a display or of a reading, above 0, in the reference's own units")
+    step: Positive | None = Field(None, description="the step of a display or of a reading, above 0, a fraction for strains, in Pa for stresses")
 
     @property
     def error(self) -> MeasurementError | None:
@@ -71,7 +71,7 @@ class ReferenceFile(Section):
     compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')
     unloading: Literal["drop"] | None = Field(None, description='"drop"')
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
-    control_step: Positive | None = Field(None, description="the step to which the control was read, above 0, in its own unit")
+    control_step: Positive | None = Field(None, description="the step to which the control was read, above 0, a fraction for strains, in Pa for stresses")
     simulated: bool = Field(False, description="true or false")
 
 
@@ -96,11 +96,11 @@ class StressPathModel(Section):
     grading: str = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
 
-    _PREPARATION = ("particles", "void_ratio", "grading", "seed")
+    PREPARATION: ClassVar[tuple[str, ...]] = ("particles", "void_ratio", "grading", "seed")
 
     @model_validator(mode="after")
     def _one_packing(self) -> StressPathModel:
-        prepared = self.model_fields_set & set(self._PREPARATION)
+        prepared = self.model_fields_set & set(self.PREPARATION)
         if self.packing is not None and prepared:
             raise mistake(f" has both packing and {', '.join(sorted(prepared))}, and one of them was expected")
         if self.packing is None and not {"particles", "void_ratio"} <= self.model_fields_set:
@@ -118,7 +118,7 @@ class StressPathModel(Section):
         return TESTS[self.kind](self._packing(folder), control=control, **self._options(folder))
 
     def _options(self, folder: Path) -> dict[str, Any]:
-        return self.given("kind", "packing", *self._PREPARATION)
+        return self.given("kind", "packing", *self.PREPARATION)
 
     def _packing(self, folder: Path) -> Packing | list[Packing]:
         if self.packing is not None:
@@ -212,9 +212,46 @@ class FilterSection(Section):
     first_batch: int | None = Field(None, ge=2, description="a whole number above 1")
     batch: int | None = Field(None, ge=2, description="a whole number above 1")
     ahead: int = Field(0, ge=0, description="a whole number, not negative")
+    early_stop: bool = True
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
     first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
+
+
+class LookSection(Section):
+    model: dict[str, Any] = Field(min_length=1, description="a table of keys that make every experiment's model cheaper, such as { particles = 250 }")
+    max_evaluations: int | None = Field(None, ge=10, description="a whole number, at least 10")
+
+    def build(self, calibration: Calibration, entries: list[ExperimentEntry], folder: Path) -> Calibration:
+        """The calibration by cheaper models. Most of its evaluations fill the ranges: it is to say where to look, not where exactly the best is."""
+        n, options = calibration.space.size, calibration.filter_options
+        most = self.max_evaluations or 32 * n
+        kept = {name: options[name] for name in ("correlation_length", "discrepancy") if name in options}
+        return replace(
+            calibration,
+            experiments=[self._cheaper(experiment, entry, folder) for experiment, entry in zip(calibration.experiments, entries)],
+            filter_options={"first_batch": min(12 * n, most // 2), "batch": min(4 * n, max(2, most // 6)), "early_stop": False} | kept,
+            stop=Stop(posterior_shift=False, max_iterations=False, max_evaluations=most),
+            source="",
+            truth={},
+        )
+
+    def _cheaper(self, experiment: Experiment, entry: ExperimentEntry, folder: Path) -> Experiment:
+        table = entry.model.given()
+        if {"packing", *StressPathModel.PREPARATION} & self.model.keys():
+            # One packing takes the place of another; without a void ratio, one of the same.
+            instead = {"packing", *(StressPathModel.PREPARATION if "packing" in self.model else ())}
+            table = {key: value for key, value in table.items() if key not in instead}
+            if "particles" in self.model and isinstance(experiment.model, StressPathTest):
+                table.setdefault("void_ratio", round(experiment.model.packing.void_ratio, 4))
+        if "density_scaling" in self.model:
+            table.pop("inertial_number", None)
+        table |= self.model
+        try:
+            model = type(entry.model).model_validate(table)
+        except ValidationError as error:
+            raise InputError("\n".join(f'first_look.model, with experiment "{entry.name}": {sentence}' for sentence in sentences(error, table))) from None
+        return replace(experiment, model=model.build(folder, entry.control))
 
 
 class StopSection(Section):
@@ -236,6 +273,7 @@ class CalibrationFile(Section):
     parameters: dict[str, Parameter] = Field(min_length=1, description="a table such as phi = { range = [0, 60] }")
     experiment: list[ExperimentEntry] = Field(min_length=1, description="at least one table [[experiment]]")
     filter: FilterSection = Field(FilterSection(), description="a table [filter]")
+    first_look: LookSection | None = Field(None, description="a table [first_look] with model = { particles = 250 }")
     stop: StopSection = Field(StopSection(), description="a table [stop]")
     run: RunSection = Field(RunSection(), description="a table [run]")
 
@@ -305,5 +343,8 @@ def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
         file.run.workers,
         source,
     )
-    look = file.filter.first_look
-    return replace(calibration, first_look=read_first_look(_from_root(folder / look), calibration)) if look else calibration
+    if file.filter.first_look and file.first_look:
+        raise InputError("filter.first_look names a first look that was taken, and first_look asks for one; one of them was expected.")
+    if look := file.filter.first_look:
+        return replace(calibration, first_look=read_first_look(_from_root(folder / look), calibration))
+    return replace(calibration, look=file.first_look.build(calibration, file.experiment, folder)) if file.first_look else calibration

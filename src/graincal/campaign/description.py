@@ -33,7 +33,8 @@ def describe(calibration: Calibration) -> dict[str, Any]:
         "stop": describe_stop(calibration.method, calibration.stop),
         "seed": int(calibration.seed),
         # Left out where there is none, as it is in campaigns of before there could be one.
-        **({"first_look": _describe_first_look(calibration.first_look)} if calibration.first_look else {}),
+        **({"first_look": describe_first_look(calibration.first_look)} if calibration.first_look else {}),
+        **({"look": describe(calibration.look)} if calibration.look else {}),
     }
 
 
@@ -52,11 +53,12 @@ def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
         [p["name"] for p in parameters if p.get("per_experiment")],
     )
     experiments = [Experiment(e["name"], _restore_model(e["model"]), _restore_reference(e["reference"])) for e in description["experiments"]]
-    look = description.get("first_look")
-    first_look = FirstLook(np.array(look["theta"]), tuple(map(np.array, look["responses"]))) if look else None
+    found = description.get("first_look")
+    first_look = FirstLook(np.array(found["theta"]), tuple(map(np.array, found["responses"]))) if found else None
+    look = restore(description["look"]) if "look" in description else None
     stop = Stop(**description["stop"])
     return Calibration(
-        space, experiments, description["method"], description["filter"], stop, description["seed"], first_look=first_look, **others
+        space, experiments, description["method"], description["filter"], stop, description["seed"], first_look=first_look, look=look, **others
     )
 
 
@@ -114,7 +116,7 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
     )
 
 
-def _describe_first_look(look: FirstLook) -> dict[str, Any]:
+def describe_first_look(look: FirstLook) -> dict[str, Any]:
     return {"theta": look.theta.tolist(), "responses": [responses.tolist() for responses in look.responses]}
 
 

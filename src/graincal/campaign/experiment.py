@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -14,11 +14,16 @@ from graincal.execution import OneByOne
 from graincal.models.interpolation import interpolate
 
 
+Hopeless = Callable[[int, NDArray[np.float64]], bool]
+
+
 class Model(Protocol):
     """Whatever evaluates samples.
 
     It may offer one_by_one(at), a `OneByOne`, to a campaign that asks for batches ahead; if it does not, `evaluate` is then called from several threads
-    at once, each with one sample and one worker. And expected_lengths(samples), (N,): how the run lengths of samples compare with one another.
+    at once, each with one sample and one worker. And expected_lengths(samples), (N,): how the run lengths of samples compare with one another. If its
+    `can_be_watched` is true, both take a further watch(id, response), which is shown the first of a sample's states, at the first of the control values `at`, and
+    stops its run by returning True: then they are its Response, with details["stopped"] = 1.
     """
 
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
@@ -41,9 +46,12 @@ class Experiment:
         """Whether the model's runs are spread over several packings, of which the laboratory's sample is one more."""
         return len(getattr(self.model, "packings", ())) > 1
 
-    def evaluate(self, samples: Samples, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
-        """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the reference's control, its observables finite."""
-        outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers))
+    def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Iterator[tuple[int, Response | Failure]]:
+        """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the reference's control, its observables finite.
+
+        hopeless(id, states): whether a sample need not be run to its end, by the observables of its first states (t, J); asked where the model can be watched.
+        """
+        outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers, **self._watch(hopeless)))
         try:
             for row, outcome in outcomes:
                 yield row, self._compared(outcome) if isinstance(outcome, Response) else outcome
@@ -52,10 +60,10 @@ class Experiment:
             if hasattr(outcomes, "close"):
                 outcomes.close()
 
-    def one_by_one(self) -> OneByOne:
+    def one_by_one(self, hopeless: Hopeless | None = None) -> OneByOne:
         """As `evaluate`, but of single samples and from any thread."""
-        at, offered = self.reference.control, getattr(self.model, "one_by_one", None)
-        each = offered(at) if offered else OneByOne(lambda sample: dict(self.model.evaluate(sample, at=at, workers=1))[0])
+        at, offered, watch = self.reference.control, getattr(self.model, "one_by_one", None), self._watch(hopeless)
+        each = offered(at, **watch) if offered else OneByOne(lambda sample: dict(self.model.evaluate(sample, at=at, workers=1, **watch))[0])
 
         def compared(sample: Samples) -> Response | Failure:
             outcome = each.evaluate(sample)
@@ -68,11 +76,23 @@ class Experiment:
         expected = getattr(self.model, "expected_lengths", None)
         return np.ones(len(samples)) if expected is None else expected(samples)
 
+    def _watch(self, hopeless: Hopeless | None) -> dict[str, Callable[[int, Response], bool]]:
+        if hopeless is None or not getattr(self.model, "can_be_watched", False):
+            return {}
+        return {"watch": lambda id, response: hopeless(id, self._so_far(response).observables(self.reference.names))}
+
+    def _so_far(self, response: Response) -> Response:
+        """The first states of a response, which must be those of the reference. Raises InputError where they are not."""
+        first = self.reference.control[: len(response.control)]
+        if not (len(first) == len(response.control) and np.allclose(response.control, first)):
+            raise InputError(f'experiment "{self.name}": a model that is watched must give the states of the reference, one after the other, and they are others.')
+        return response
+
     def _compared(self, response: Response) -> Response | Failure:
         """The response at the reference's control values, or why it cannot be compared."""
         if missing := [name for name in self.reference.names if name not in response.values]:
             raise InputError(f'experiment "{self.name}": the model returns {", ".join(response.values)}, and the reference needs {", ".join(missing)} too.')
-        outcome = interpolate(response, self.reference.control)
+        outcome = self._so_far(response) if response.stopped else interpolate(response, self.reference.control)
         for name in self.reference.names if isinstance(outcome, Response) else ():
             finite = np.isfinite(outcome.values[name])
             if not finite.all():

@@ -24,13 +24,13 @@ from graincal.data import Failure, Response
 def export_csv(result: Result, folder: Path) -> list[Path]:
     """Write tables and return their paths.
 
-    samples.csv: each sample with its parameters, errors in percent, final weight within its iteration, and why it failed.
+    samples.csv: each sample with its parameters, errors in percent, final weight within its iteration, why it failed, and whether it was stopped early.
     iterations.csv: s, effective sample size and errors of each iteration, or what was learnt of the posterior. responses_EXPERIMENT.csv: every response,
     state by state. posterior.csv: the weighted samples of the emulated posterior, with the method "posterior".
     """
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
     weights = np.concatenate([iteration.final_weights for iteration in result.iterations])
-    samples = zip(result.ids, result.iteration, *result.samples.T, result.errors, *result.observable_errors.T, weights, _reasons(result))
+    samples = zip(result.ids, result.iteration, *result.samples.T, result.errors, *result.observable_errors.T, weights, _reasons(result), result.stopped.astype(int))
     iterations = [
         [i.index, len(i.samples), i.failed.sum(), i.s, i.s_per_state, i.effective_sample_size, i.gl_error, i.error] for i in result.iterations
     ]
@@ -39,7 +39,7 @@ def export_csv(result: Result, folder: Path) -> list[Path]:
         figures = ["iteration", "samples", "failed", "smallest_error", *(field.name for field in fields(Learnt))]
         iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *astuple(learnt)] for i, learnt in zip(result.iterations, result.learnt)]
     tables = {
-        "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure"], samples),
+        "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure", "stopped"], samples),
         "iterations.csv": (figures, iterations),
     }
     if result.has_posterior and (posterior := result.posterior):
@@ -85,8 +85,10 @@ def export_json(result: Result, folder: Path) -> list[Path]:
             for iteration, learnt in zip_longest(result.iterations, result.learnt)
         ],
         "samples": [
-            {"id": id, "iteration": iteration, "theta": theta, "error": error, "failure": reason, "responses": _curves(result, id)}
-            for id, iteration, theta, error, reason in zip(result.ids, result.iteration, result.samples, result.errors, _reasons(result))
+            {"id": id, "iteration": iteration, "theta": theta, "error": error, "failure": reason, "stopped": stopped, "responses": _curves(result, id)}
+            for id, iteration, theta, error, reason, stopped in zip(
+                result.ids, result.iteration, result.samples, result.errors, _reasons(result), result.stopped
+            )
         ],
     }
     return [_write(folder / "campaign.json", json.dumps(_plain(document), ensure_ascii=False))]

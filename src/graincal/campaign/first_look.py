@@ -25,7 +25,7 @@ def first_look_of(result: Result, calibration: Calibration, named: str) -> First
         raise InputError(f"{named}: a first look at {', '.join(calibration.space.names)} was expected, and this campaign is of {', '.join(result.space.names)}.")
     columns = [result.space.names.index(name) for name in calibration.space.names]
     known = {experiment.name: number for number, experiment in enumerate(result.experiments)}
-    ids, responses = result.ids[~result.failed], []
+    ids, responses = result.ids[result.complete], []
     for experiment in calibration.experiments:
         reference = experiment.reference
         if experiment.name not in known:
@@ -37,7 +37,7 @@ def first_look_of(result: Result, calibration: Calibration, named: str) -> First
             raise InputError(f'{named}: its experiment "{experiment.name}" has other states, and the {reference.control_name} of the reference was expected.')
         outcomes = [result.response(int(id), known[experiment.name]) for id in ids]
         responses.append(np.array([outcome.observables(reference.names) for outcome in outcomes if isinstance(outcome, Response)]))
-    look = FirstLook(result.samples[~result.failed][:, columns], tuple(responses))
+    look = FirstLook(result.samples[result.complete][:, columns], tuple(responses))
     try:
         look.check(calibration.space, [experiment.reference for experiment in calibration.experiments])
     except InputError as error:

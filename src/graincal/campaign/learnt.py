@@ -19,6 +19,7 @@ class Learnt:
     posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`). held_out_error: the emulators' error near the
     posterior, as a part of the spread of the responses, of the worst experiment. coverage: the part of the held-out evaluations within their 90 % intervals.
     log_evidence with its standard deviation, the emulators' doubt included. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
+    dropped: the part of the posterior's probability that those which were stopped early hold at most.
     """
 
     posterior_shift: float = math.nan
@@ -28,6 +29,7 @@ class Learnt:
     log_evidence_std: float = math.nan
     effective_sample_size: float = math.nan
     pareto_k: float = math.nan
+    dropped: float = math.nan
 
     @classmethod
     def of(cls, filter: PosteriorFilter) -> Learnt:
@@ -45,6 +47,7 @@ class Learnt:
             deviation,
             emulation.effective_sample_size,
             emulation.pareto_k,
+            emulation.dropped,
         )
 
     def plain(self) -> dict[str, float | None]:

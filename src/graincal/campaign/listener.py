@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from graincal.campaign.calibration import Calibration
 from graincal.campaign.learnt import Learnt
 from graincal.data import Failure, Response
 from graincal.inference import Iteration
@@ -9,6 +10,9 @@ from graincal.inference import Iteration
 
 class Listener:
     """Hears of each step of a campaign. A listener overrides what it cares for."""
+
+    def begins(self, calibration: Calibration) -> None:
+        """A campaign begins, or goes on; that of a first look before the one that it is for."""
 
     def remark(self, text: str) -> None:
         """Something worth knowing, as a sentence."""

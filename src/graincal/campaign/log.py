@@ -55,7 +55,10 @@ class Log(Listener):
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
         seconds = outcome.details.get("seconds")
         took = "" if seconds is None else f" after {seconds:.3g} s"
-        how = "finished" if isinstance(outcome, Response) else f"failed ({outcome.kind}: {outcome.reason})"
+        if isinstance(outcome, Response):
+            how = f"stopped after {len(outcome.control)} states, for it cannot matter any more," if outcome.stopped else "finished"
+        else:
+            how = f"failed ({outcome.kind}: {outcome.reason})"
         self.write(f'Sample {sample}, "{experiment}": {how}{took}.')
 
     def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
@@ -89,6 +92,8 @@ class Log(Listener):
 def describe_iteration(iteration: Iteration, learnt: Learnt | None) -> str:
     """The figures of an iteration in a line."""
     failed = f"{iteration.failed.sum()} of {len(iteration.failed)} failed"
+    if iteration.stopped is not None and iteration.stopped.any():
+        failed += f" and {iteration.stopped.sum()} were stopped early"
     if iteration.unweighted:
         return f"{failed}, no weights: {iteration.unweighted}"
     if learnt:

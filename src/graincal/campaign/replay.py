@@ -20,17 +20,18 @@ INFEASIBLE = "infeasible"
 
 def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[Experiment]) -> None:
     """Tell a filter the outcomes of samples, all of which the store holds."""
-    failed, infeasible = np.zeros((2, len(samples)), dtype=bool)
+    failed, infeasible, stopped = np.zeros((3, len(samples)), dtype=bool)
     responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
-    for number, experiment in enumerate(experiments):
-        for row, id in enumerate(samples.ids):
+    for row, id in enumerate(samples.ids):
+        for number, experiment in enumerate(experiments):
             outcome = store.outcome(id, number)
             if isinstance(outcome, Response):
-                responses[number][row] = outcome.observables(experiment.reference.names)
-            else:
+                responses[number][row, : len(outcome.control)] = outcome.observables(experiment.reference.names)
+                stopped[row] |= outcome.stopped
+            elif not stopped[row]:
                 failed[row] = True
                 infeasible[row] |= outcome is not None and outcome.kind == INFEASIBLE
-    filter.tell(samples, responses, failed, infeasible)
+    filter.tell(samples, responses, failed, infeasible, stopped)
 
 
 def replay(store: Store, calibration: Calibration) -> Filter:

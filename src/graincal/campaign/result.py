@@ -59,7 +59,8 @@ class Result:
     """What a campaign found in its complete iterations, as its store holds it. N samples in the order asked, n parameters, E experiments.
 
     samples (N, n), ids (N,), iteration (N,): every sample and the iteration that asked for it. errors (N,): percent, Eq. 6; NaN for a failure.
-    observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment.
+    observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment. stopped (N,):
+    samples whose run was stopped early, for it could not matter any more (`PosteriorFilter`); their errors are those of the states that they came to.
     seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
     iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
     learnt: what each brought of the posterior, in figures; empty by methods without one. learnt_again: whether `filter`, once it has been asked for,
@@ -88,6 +89,7 @@ class Result:
         self.errors = np.concatenate([iteration.errors for iteration in self.iterations])
         self.observable_errors = np.concatenate([iteration.observable_errors for iteration in self.iterations])
         self.failed = np.concatenate([iteration.failed for iteration in self.iterations])
+        self.stopped = np.concatenate([iteration.stopped for iteration in self.iterations])
         self.seconds, self.attempts = self._runs()
 
     @classmethod
@@ -123,8 +125,13 @@ class Result:
 
     @property
     def evaluations(self) -> int:
-        """The number of samples evaluated, N; each in every experiment."""
+        """The number of samples evaluated, N; each in every experiment, unless it failed or was stopped in one."""
         return len(self.samples)
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """(N,): the samples that neither failed nor were stopped."""
+        return ~(self.failed | self.stopped)
 
     @property
     def failures(self) -> int:
@@ -133,12 +140,12 @@ class Result:
 
     @property
     def best(self) -> Candidate | None:
-        """The sample of the smallest error, the luckiest of the runs; None if all failed."""
-        return None if self.failed.all() else self._candidate(int(np.nanargmin(self.errors)))
+        """The sample of the smallest error, the luckiest of the runs that were not stopped; None if there is none."""
+        return self._candidate(int(np.argmin(np.where(self.complete, self.errors, np.inf)))) if self.complete.any() else None
 
     @property
     def best_errors(self) -> NDArray[np.float64]:
-        """The error of the best sample so far, after each iteration; NaN as long as all failed."""
+        """The error of the best sample so far, after each iteration; NaN as long as there is none."""
         return np.fmin.accumulate([iteration.smallest_error for iteration in self.iterations])
 
     @property
@@ -200,16 +207,21 @@ class Result:
         return None if self.has_posterior else grade(self.iterations[-1], self.stop)
 
     def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:
-        """What the evaluation of a sample (its id) gave in an experiment (its number or name); None where it was left out after a failure in another."""
+        """What the evaluation of a sample (its id) gave in an experiment (its number or name); None where it was left out, for it had failed or been
+        stopped in another."""
         return self._store.outcome(sample, self.number(experiment))
 
     def responses(self, iteration: int, experiment: int | str = 0) -> dict[str, NDArray[np.float64]]:
-        """All responses of an iteration in an experiment: name -> (N, T), in the samples' order, NaN for failures. Feed them to the posterior's moments."""
+        """All responses of an iteration in an experiment: name -> (N, T), in the samples' order, NaN for failures and for what was not run. Feed them to the
+        posterior's moments."""
         outcomes = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids]
         names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
         states = len(self.experiments[self.number(experiment)].reference.control)
-        nothing = np.full(states, np.nan)
-        return {name: np.array([o.values.get(name, nothing) if isinstance(o, Response) else nothing for o in outcomes]) for name in names}
+        found = {name: np.full((len(outcomes), states), np.nan) for name in names}
+        for row, outcome in enumerate(outcomes):
+            for name, values in outcome.values.items() if isinstance(outcome, Response) else ():
+                found[name][row, : len(values)] = values
+        return found
 
     def mean_response(self, answer: Answer, experiment: int | str = 0) -> Response | None:
         """The mean of what the runs at the answer gave in an experiment; None where none gave a response."""

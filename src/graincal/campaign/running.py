@@ -26,6 +26,7 @@ from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference import Stop
 
 CALIBRATION_FILE = "campaign.toml"
+LOOK = "first_look"
 REPORT = "report.html"
 
 
@@ -54,7 +55,7 @@ def calibrate(
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
     for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: alpha,
-    effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch, batch, ahead, correlation_length, discrepancy
+    effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch, batch, ahead, early_stop, correlation_length, discrepancy
     (see `PosteriorFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
@@ -79,7 +80,8 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
     """Run a new campaign, in memory or in a folder that holds none."""
     calibration.check()
     if folder is None:
-        return Campaign(calibration, Store.create(calibration), listeners).run()
+        store = Store.create(calibration)
+        return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     folder = Path(folder)
     _refuse_occupied(folder, calibration)
     try:
@@ -150,11 +152,32 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
         for listener in listeners:
             listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")
     try:
-        return Campaign(calibration, store, listeners).run()
+        return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     except BaseException as error:
         with suppress(FolderError):
             log.write(f"Breaks off: {str(error) or type(error).__name__}")
         raise
+
+
+def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Calibration:
+    """The calibration with what its look brings, which is run to its end first if it was not: a campaign in a folder of its own within this one's."""
+    if calibration.look is None or calibration.first_look is not None:
+        return calibration
+    look = replace(calibration.look, workers=calibration.workers)
+    # Its own log says what happens in it.
+    others = [listener for listener in listeners if not isinstance(listener, Log)]
+    for listener in listeners:
+        listener.remark("Takes a first look by cheaper models.")
+    folder = store.folder / LOOK if store.folder else None
+    if folder and holds_campaign(folder):
+        result = resume(folder, workers=calibration.workers, listeners=others)
+    else:
+        result = begin(look, folder, others)
+    found = first_look_of(result, calibration, str(folder or "first_look"))
+    store.keep_first_look(found)
+    for listener in listeners:
+        listener.remark(f"Begins with {len(found.theta)} evaluations of the first look.")
+    return replace(calibration, first_look=found)
 
 
 def _refuse_occupied(folder: Path, calibration: Calibration) -> None:

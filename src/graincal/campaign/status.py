@@ -11,7 +11,8 @@ import numpy as np
 from graincal.campaign.log import is_running
 from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Candidate, Result
-from graincal.campaign.store import Store
+from graincal.campaign.running import LOOK
+from graincal.campaign.store import Store, holds_campaign
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration
 
@@ -22,11 +23,12 @@ def status(folder: str | Path) -> dict[str, Any]:
     folder; state: "running" (a process holds it), "interrupted" (none does, and it is not at its end) or "finished".
     graincal: the version that began it; started, updated: ISO 8601, when it began and when the last evaluation ended.
     method, seed, parameters (names), experiments (names).
-    evaluations, failures: samples evaluated in every experiment or failed in one; those that failed.
-    iteration: {index, samples, evaluated, failed} of the one under way, or the last.
-    iterations: of each complete one {index, samples, failed, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
+    evaluations, failures, stopped: samples evaluated in every experiment, or failed or stopped early in one; those that failed; those that were stopped.
+    first_look: the status of the first look, where one is taken first, as that of a campaign; None where none is, or it has not begun.
+    iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
+    iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
-    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k} (`Learnt`), and
+    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped} (`Learnt`), and
     effective_sample_size is a number of evaluations.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
     answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} once a campaign of the method "posterior" has run the answer again.
@@ -50,6 +52,8 @@ def status(folder: str | Path) -> dict[str, Any]:
         "experiments": [experiment.name for experiment in store.calibration.experiments],
         "evaluations": counts["evaluated"],
         "failures": counts["failed"],
+        "stopped": counts["stopped"],
+        "first_look": status(folder / LOOK) if holds_campaign(folder / LOOK) else None,
         "iteration": _under_way(store),
         "iterations": _iterations(result) if result else [],
         "best": _candidate(result.best, result.space) if result else None,
@@ -92,6 +96,7 @@ def _figures(iteration: Iteration, best: float) -> dict[str, Any]:
         "index": iteration.index,
         "samples": len(iteration.samples),
         "failed": int(iteration.failed.sum()),
+        "stopped": int(iteration.stopped.sum()),
         "s": _number(iteration.s),
         "s_per_state": _number(iteration.s_per_state),
         "effective_sample_size": _number(iteration.effective_sample_size),

@@ -19,17 +19,19 @@ from numpy.typing import NDArray
 
 from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
 from graincal.campaign.calibration import POSTERIOR, Calibration
-from graincal.campaign.description import describe, describe_stop, restore
+from graincal.campaign.description import describe, describe_first_look, describe_stop, restore
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.provenance import provenance
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference import Iteration, Stop
+from graincal.inference.first_look import FirstLook
 
 NAME = "campaign.db"
 VERSION = 1
 
-# theta and details are JSON; arrays are .npy (arrays.py). An evaluation is "waiting" until it is "finished" (a response) or "failed" (a reason).
+# theta and details are JSON; arrays are .npy (arrays.py). An evaluation is "waiting" until it is "finished" (a response) or "failed" (a reason). One that
+# was stopped early is finished, with a response that is shorter, and its details say so.
 _SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE sample (id INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, theta TEXT NOT NULL);
@@ -48,6 +50,9 @@ CREATE TABLE iteration (
 );
 CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
 """
+
+
+_STOPPED = "coalesce(json_extract(details, '$.stopped'), 0)"
 
 
 class Store:
@@ -110,8 +115,9 @@ class Store:
         return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"), truth=truth, file=self.meta("file") or "")
 
     def keeps(self, calibration: Calibration) -> bool:
-        """Whether this is the store of a calibration; only the workers and the truth may differ."""
-        return json.loads(_as_json(describe(calibration))) == self.description
+        """Whether this is the store of a calibration; only the workers and the truth may differ, and a look that has been taken since."""
+        kept = {key: value for key, value in self.description.items() if key != "first_look" or calibration.look is None}
+        return json.loads(_as_json(describe(calibration))) == kept
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -122,6 +128,13 @@ class Store:
         """A text that is kept once: "started" (time), "source", "stopped_by", "stopped_because"; None if it is not there."""
         rows = self._rows("SELECT value FROM meta WHERE key = ?", key)
         return rows[0][0] if rows else None
+
+    def keep_first_look(self, look: FirstLook) -> None:
+        """Keep what the look brought that the calibration begins with."""
+        description = self.description | {"first_look": describe_first_look(look)}
+        with self._transaction() as db:
+            db.execute("INSERT OR REPLACE INTO meta VALUES ('description', ?)", (_as_json(description),))
+        self._forget()
 
     # Samples and their evaluations
 
@@ -152,10 +165,10 @@ class Store:
         return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration = ? ORDER BY id", iteration))
 
     def waiting(self, iteration: int, experiment: int) -> NDArray[np.int64]:
-        """Ids of the samples that have no outcome in an experiment, and did not fail in another."""
-        query = """
+        """Ids of the samples that have no outcome in an experiment, and neither failed nor were stopped in another."""
+        query = f"""
             SELECT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND experiment = ? AND state = 'waiting'
-            AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed') ORDER BY sample"""
+            AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed' OR {_STOPPED}) ORDER BY sample"""
         return np.array([id for (id,) in self._rows(query, iteration, experiment)], dtype=np.int64)
 
     def begin(self, ids: Sequence[int], experiment: int) -> None:
@@ -184,17 +197,19 @@ class Store:
         rows = self._rows("SELECT state, details, response, kind, reason FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
         state, details, response, kind, reason = rows[0] if rows else ("waiting", None, None, None, None)
         if state == "finished":
-            return Response(self.calibration.experiments[experiment].reference.control, unpack_columns(response), json.loads(details))
+            columns = unpack_columns(response)
+            states = len(next(iter(columns.values())))
+            return Response(self.calibration.experiments[experiment].reference.control[:states], columns, json.loads(details))
         return Failure(kind, reason, json.loads(details)) if state == "failed" else None
 
     def counts(self, iteration: int | None = None) -> dict[str, int]:
-        """How many samples there are, how many are evaluated in every experiment or failed in one, and how many of these failed."""
+        """How many samples there are, how many are evaluated in every experiment or failed or were stopped in one, and how many of these failed and were stopped."""
         chosen, arguments = ("", ()) if iteration is None else ("WHERE iteration = ?", (iteration,))
         query = f"""
-            SELECT count(*), coalesce(sum(failed OR NOT waiting), 0), coalesce(sum(failed), 0) FROM (
-                SELECT max(state = 'failed') AS failed, max(state = 'waiting') AS waiting
+            SELECT count(*), coalesce(sum(failed OR stopped OR NOT waiting), 0), coalesce(sum(failed), 0), coalesce(sum(stopped), 0) FROM (
+                SELECT max(state = 'failed') AS failed, max(state = 'waiting') AS waiting, max({_STOPPED}) AS stopped
                 FROM evaluation JOIN sample ON sample.id = sample {chosen} GROUP BY sample)"""
-        return dict(zip(("samples", "evaluated", "failed"), self._rows(query, *arguments)[0]))
+        return dict(zip(("samples", "evaluated", "failed", "stopped"), self._rows(query, *arguments)[0]))
 
     def runs(self) -> list[tuple[int, int, int, float | None]]:
         """(sample, experiment, attempts, seconds) of every evaluation asked for; seconds are None where they are not known."""
@@ -254,14 +269,21 @@ class Store:
             db.execute("DELETE FROM evaluation WHERE sample IN (SELECT id FROM sample WHERE iteration >= ?)", (iterations,))
             for table, column in {"sample": "iteration", "iteration": "id", **({"learnt": "iteration"} if self.description["method"] == POSTERIOR else {})}.items():
                 db.execute(f"DELETE FROM {table} WHERE {column} >= ?", (iterations,))
+        self._forget()
+
+    def _forget(self) -> None:
+        """Read again what was asked for."""
         for known in ("description", "calibration"):
             self.__dict__.pop(known, None)
 
     def _iteration(self, index: int, s: float, size: float, gl_error: float, unweighted: str, *blobs: bytes) -> Iteration:
         weights, errors, observable_errors = map(unpack_array, blobs)
         s, size, gl_error = (np.nan if value is None else value for value in (s, size, gl_error))
+        samples = self.samples(index)
+        query = f"SELECT DISTINCT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND {_STOPPED}"
+        stopped = np.isin(samples.ids, [id for (id,) in self._rows(query, index)])
         # Only a failure has no error.
-        return Iteration(index, self.samples(index), None, np.isnan(errors), observable_errors, errors, weights, s, size, gl_error, unweighted)
+        return Iteration(index, samples, None, np.isnan(errors), observable_errors, errors, weights, s, size, gl_error, unweighted, stopped)
 
     def _as_samples(self, rows: Sequence[tuple[int, str]]) -> Samples:
         names = self.calibration.space.names

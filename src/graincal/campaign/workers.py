@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator, Sequence
+from functools import partial
 from heapq import heappop, heappush
 from math import inf
 from queue import SimpleQueue
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from graincal.campaign.experiment import Experiment
 from graincal.data import Failure, Response, Samples
 from graincal.execution import CRASHED
+from graincal.inference.early_stop import EarlyStop
+
+
+PATIENCE = 1.0
+"""Seconds that evaluations are given to end when no more are wanted."""
 
 
 class Task(NamedTuple):
@@ -28,20 +38,24 @@ class Workers:
 
     def __init__(self, experiments: Sequence[Experiment], count: int) -> None:
         self._experiments = experiments
-        self._models = [experiment.one_by_one() for experiment in experiments]
+        self._models = [experiment.one_by_one(partial(self._hopeless, number)) for number, experiment in enumerate(experiments)]
         # What waits in an executor's queue is no work of this machine's.
         self._most = inf if all(model.queues for model in self._models) else count
         self._samples: dict[int, Samples] = {}
+        self._early_stops: dict[int, EarlyStop] = {}
         self._waiting: list[Task] = []
         self._changed = threading.Condition()
-        self._threads = self._idle = self._under_way = 0
+        self._threads: list[threading.Thread] = []
+        self._idle = self._under_way = 0
         self._closed = False
         self._outcomes: SimpleQueue[tuple[Task, Response | Failure | BaseException]] = SimpleQueue()
         self._crashed: list[Task] = []
         self._again: set[Task] = set()
 
-    def give(self, iteration: int, experiment: int, samples: Samples) -> None:
-        """Have samples of an iteration evaluated in an experiment."""
+    def give(self, iteration: int, experiment: int, samples: Samples, early_stop: EarlyStop | None = None) -> None:
+        """Have samples of an iteration evaluated in an experiment. early_stop: when their runs may be stopped."""
+        if early_stop:
+            self._early_stops |= dict.fromkeys(samples.ids.tolist(), early_stop)
         lengths = self._experiments[experiment].expected_lengths(samples)
         tasks = []
         for row, (id, length) in enumerate(zip(samples.ids, lengths)):
@@ -82,6 +96,10 @@ class Workers:
             self._changed.notify_all()
         for model in self._models:
             model.stop()
+        # Simulations that end now must not find the interpreter gone; whatever cannot be stopped is not waited for.
+        patience = time.monotonic() + PATIENCE
+        for thread in self._threads:
+            thread.join(max(0.0, patience - time.monotonic()))
 
     def _put(self, tasks: Sequence[Task]) -> None:
         """All at once, so that the longest of them is the first to be taken."""
@@ -89,10 +107,10 @@ class Workers:
         with self._changed:
             for task in tasks:
                 heappush(self._waiting, task)
-            for _ in range(int(min(len(self._waiting) - self._idle, self._most - self._threads))):
-                self._threads += 1
+            for _ in range(int(min(len(self._waiting) - self._idle, self._most - len(self._threads)))):
                 # A function that never ends must not keep the interpreter from ending.
-                threading.Thread(target=self._work, daemon=True).start()
+                self._threads.append(threading.Thread(target=self._work, daemon=True))
+                self._threads[-1].start()
             self._changed.notify_all()
 
     def _work(self) -> None:
@@ -102,6 +120,9 @@ class Workers:
             except BaseException as error:
                 outcome = error
             self._outcomes.put((task, outcome))
+
+    def _hopeless(self, experiment: int, id: int, states: NDArray[np.float64]) -> bool:
+        return id in self._early_stops and self._early_stops[id].hopeless(experiment, id, states)
 
     def _take(self) -> Task | None:
         with self._changed:

@@ -31,5 +31,6 @@ def calibrate(
     if workers is not None:
         calibration = replace(calibration, workers=number_of_workers(workers))
     if seed is not None:
-        calibration = replace(calibration, seed=seed, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")
-    run_and_report(output, calibration, lambda listeners: begin(calibration, output, listeners), quiet=quiet)
+        look = replace(calibration.look, seed=seed) if calibration.look else None
+        calibration = replace(calibration, seed=seed, look=look, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")
+    run_and_report(output, lambda listeners: begin(calibration, output, listeners), quiet=quiet)

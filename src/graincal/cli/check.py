@@ -34,8 +34,12 @@ def check(
         typer.echo("\n".join(_describe(experiment, calibration.method)))
     for doubt in doubts(calibration):
         typer.echo(f"Note: {doubt}")
-    if look := calibration.first_look:
-        typer.echo(f"first look: {len(look.theta)} evaluations of another campaign, of the same parameters and experiments")
+    if found := calibration.first_look:
+        typer.echo(f"first look: {len(found.theta)} evaluations of another campaign, of the same parameters and experiments")
+    if calibration.look:
+        typer.echo("first look, by cheaper models:")
+        for experiment in calibration.look.experiments:
+            typer.echo("\n".join(_describe_model(experiment)))
     filter = calibration.blank_filter()
     if isinstance(filter, IterativeBayesianFilter) and (advice := sample_size_advice(space, filter.alpha)):
         typer.echo(advice)
@@ -44,6 +48,8 @@ def check(
 
         draw_references(calibration.experiments, plot)
         typer.echo(f"References drawn to {plot}.")
+    if calibration.look:
+        typer.echo("First look: " + "\n".join(_expectation(calibration.look)))
     typer.echo("\n".join(_expectation(calibration)))
 
 
@@ -51,11 +57,22 @@ def _describe(experiment: Experiment, method: str) -> list[str]:
     from graincal.campaign.calibration import POSTERIOR
     from graincal.campaign.errors import describe_errors
     from graincal.cli.text import resample, sparkline
+
+    reference, lines = experiment.reference, _describe_model(experiment)
+    lines.append(f"  reference: {len(reference.control)} states, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}")
+    for name, values in reference.observables.items():
+        curve = sparkline(resample(reference.control, values))
+        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
+    if method == POSTERIOR:
+        lines += [f"    {sentence}" for sentence in describe_errors(reference)]
+    return lines + [f"  {note}" for note in reference.notes]
+
+
+def _describe_model(experiment: Experiment) -> list[str]:
     from graincal.models import StressPathTest
     from graincal.models.stress_path import PRECISIONS
 
-    reference, model = experiment.reference, experiment.model
-    lines = [f'experiment "{experiment.name}"']
+    model, lines = experiment.model, [f'experiment "{experiment.name}"']
     if isinstance(model, StressPathTest):
         packing = model.packing
         at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
@@ -66,13 +83,7 @@ def _describe(experiment: Experiment, method: str) -> list[str]:
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")
-    lines.append(f"  reference: {len(reference.control)} states, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}")
-    for name, values in reference.observables.items():
-        curve = sparkline(resample(reference.control, values))
-        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
-    if method == POSTERIOR:
-        lines += [f"    {sentence}" for sentence in describe_errors(reference)]
-    return lines + [f"  {note}" for note in reference.notes]
+    return lines
 
 
 def _expectation(calibration: Calibration) -> list[str]:

@@ -46,7 +46,7 @@ def demo(
         curves = {"reference": scale * reference.observables[name], "simulation": scale * guess.values[name]}
         console.print(chart(100 * reference.control, curves, title=title))
     console.print(f"{'axial strain [%]':>40}\n")
-    result = run(folder, calibration, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
+    result = run(folder, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
     console.print("The truth is what the reference was simulated with: a curve is fitted by more than one set of parameters.")
     console.print(f"Report: {result.report(folder / REPORT)}")
 

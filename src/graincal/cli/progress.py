@@ -12,11 +12,12 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from graincal.campaign import Listener
+from graincal.campaign import Calibration, Listener
+from graincal.campaign.calibration import POSTERIOR
 from graincal.campaign.learnt import Learnt
 from graincal.cli.text import duration, sparkline
 from graincal.data import Failure, Response
-from graincal.inference import Iteration, Stop
+from graincal.inference import Iteration
 
 PAUSE = 5.0
 """Where there is no terminal, a line says how far an iteration is at most every so many seconds."""
@@ -25,15 +26,12 @@ PAUSE = 5.0
 class Progress(Listener):
     """Counts what the campaign does, and shows it."""
 
-    def __init__(self, stop: Stop, console: Console, of: str = "iteration") -> None:
-        """of: what the method calls the samples of one round."""
+    def __init__(self, console: Console) -> None:
         self._console = console
-        self._of = of
-        self._limit = f" (of at most {stop.max_iterations})" if stop.max_iterations else ""
+        self._of = self._limit = self._heading = ""
         self._iterations: list[Iteration] = []
         self._learnt: list[Learnt | None] = []
-        self._heading = ""
-        self._done = self._total = self._failed = 0
+        self._done = self._total = self._failed = self._stopped = 0
         self._began = self._said = time.monotonic()
         self._live = Live(console=console, get_renderable=self._picture, refresh_per_second=4) if console.is_terminal else None
 
@@ -46,18 +44,26 @@ class Progress(Listener):
         if self._live:
             self._live.__exit__(*exception)
 
+    def begins(self, calibration: Calibration) -> None:
+        # What the method calls the samples of one round; batches have other limits than their number.
+        self._of, most = ("batch", False) if calibration.method == POSTERIOR else ("iteration", calibration.stop.max_iterations)
+        self._limit = f" (of at most {most})" if most else ""
+        self._iterations, self._learnt, self._heading = [], [], ""
+        self._done = self._total = self._failed = self._stopped = 0
+
     def remark(self, text: str) -> None:
-        self._console.print(text)
+        self._console.print(text, soft_wrap=True)
 
     def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
         self._heading = f"{self._of} {iteration}{self._limit}, {experiment}"
         # Beside what is left of a batch before it, which this one was asked for ahead of.
-        self._done, self._total, self._failed, self._began = 0, self._total - self._done + waiting, 0, time.monotonic()
+        self._done, self._total, self._failed, self._stopped, self._began = 0, self._total - self._done + waiting, 0, 0, time.monotonic()
         self._line(f"{self._heading}: {waiting} of {samples} samples to evaluate")
 
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
         self._done += 1
         self._failed += isinstance(outcome, Failure)
+        self._stopped += isinstance(outcome, Response) and outcome.stopped
         if time.monotonic() - self._said > PAUSE:
             self._line(f"{self._heading}: {self._counts()}")
 
@@ -76,7 +82,8 @@ class Progress(Listener):
     def _counts(self) -> str:
         elapsed = time.monotonic() - self._began
         left = f", {duration(elapsed / self._done * (self._total - self._done))} left" if self._done else ""
-        return f"{self._done} of {self._total} evaluated, {self._failed} failed{left}"
+        stopped = f", {self._stopped} stopped early" if self._stopped else ""
+        return f"{self._done} of {self._total} evaluated, {self._failed} failed{stopped}{left}"
 
     def _columns(self) -> tuple[str, ...]:
         """What the figures of an iteration are."""

@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.table import Table
 
 from graincal.campaign import Calibration, Listener, Result
-from graincal.campaign.calibration import POSTERIOR
 from graincal.campaign.config import read_calibration
 from graincal.campaign.running import REPORT
 from graincal.campaign.store import holds_campaign
@@ -26,11 +25,11 @@ def read(file: Path, *, quiet: bool = False) -> Calibration:
         return read_calibration(file)
 
 
-def run(folder: Path, calibration: Calibration, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
+def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
     """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
     console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
-        with Progress(calibration.stop, console, "batch" if calibration.method == POSTERIOR else "iteration") as progress:
+        with Progress(console) as progress:
             result = start([progress])
     except KeyboardInterrupt:
         if holds_campaign(folder):
@@ -42,9 +41,9 @@ def run(folder: Path, calibration: Calibration, start: Callable[[Sequence[Listen
     return result
 
 
-def run_and_report(folder: Path, calibration: Calibration, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
+def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
     """Run a campaign and write its report into its folder."""
-    path = run(folder, calibration, start, quiet=quiet).report(folder / REPORT)
+    path = run(folder, start, quiet=quiet).report(folder / REPORT)
     if not quiet:
         typer.echo(f"Report: {path}")
 
@@ -56,7 +55,8 @@ def show(result: Result, folder: Path, console: Console) -> None:
     from graincal.report.markup import to_plain
 
     console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
-    console.print(f"{result.evaluations} evaluations, {result.failures} failed.")
+    stopped = f", {result.stopped.sum()} stopped early, for they could not matter any more" if result.stopped.any() else ""
+    console.print(f"{result.evaluations} evaluations, {result.failures} failed{stopped}.", soft_wrap=True)
     for kind, reason, count in result.failure_kinds():
         console.print(f"  {count} × {kind}: {reason}", soft_wrap=True)
     if result.has_posterior:

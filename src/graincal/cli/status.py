@@ -24,16 +24,19 @@ def _lines(status: dict[str, Any]) -> list[str]:
     from graincal.cli.text import duration, sparkline
 
     lines = [f"{status['folder']}: {status['state']}, {status['method']}, {', '.join(status['experiments'])}"]
-    lines.append(f"{status['evaluations']} evaluations, {status['failures']} failed, {duration(status['seconds'])} of run time")
+    lines.append(f"{status['evaluations']} evaluations, {status['failures']} failed{_stopped(status['stopped'])}, {duration(status['seconds'])} of run time")
+    if (look := status["first_look"]) and look["state"] != "finished":
+        lines += ["first look, before it:", *("  " + line for line in _lines(look))]
+    round_ = "batch" if status["method"] == "posterior" else "iteration"
     if status["state"] != "finished" and (current := status["iteration"]):
         left = "" if status["seconds_left"] is None else f", about {duration(status['seconds_left'])} left in it"
-        lines.append(f"iteration {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{left}")
+        lines.append(f"{round_} {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{_stopped(current['stopped'])}{left}")
     if status["iterations"]:
         last = status["iterations"][-1]
         of_paper = {"s": "s", "ESS": "effective_sample_size", "ε_GL": "gl_error", "ε": "error"}
         of_posterior = {"posterior shift": "posterior_shift", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
         figures = [(name, last[key]) for name, key in (of_posterior if "posterior_shift" in last else of_paper).items()]
-        lines.append(f"after iteration {last['index']}: " + ", ".join(f"{name} {'-' if value is None else format(value, '.3g')}" for name, value in figures))
+        lines.append(f"after {round_} {last['index']}: " + ", ".join(f"{name} {'-' if value is None else format(value, '.3g')}" for name, value in figures))
         errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]
         lines += [] if "posterior_shift" in last else [f"ε by iteration  {sparkline(errors, low=0.0)}"]
     if answer := status["answer"]:
@@ -49,3 +52,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
     elif status["state"] == "interrupted":
         lines.append(f"go on with: graincal resume {status['folder']}")
     return lines
+
+
+def _stopped(count: int) -> str:
+    return f", {count} stopped early" if count else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,8 @@ _PATIENCE = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """How one simulation of a batch ended: `status` is "finished", or why it did not; `columns` maps names to recorded states (T,).
+    """How one simulation of a batch ended: `status` is "finished", "stopped" by whoever watched it, or why it did not; `columns` maps names to recorded
+    states (T,), those that it came to.
     `consolidation_flagged`: the packing was not at rest when its shearing began."""
 
     index: int
@@ -40,12 +41,26 @@ def run_batch(
     precision: str = "float64",
     economy: _native.Economy = _native.Economy(),
     stopped: Callable[[], bool] = lambda: False,
+    watch: Callable[[int, Mapping[str, NDArray[np.float64]]], bool] | None = None,
 ) -> Iterator[Run]:
     """Simulate a packing under each law along the stages and yield the runs in order of completion. packing: one, or one for each law.
 
     The longest expected run starts first. Closing the iterator, or an exception in its consumer, stops the simulations under way; and so does `stopped`,
-    which is asked several times a second, from any other thread: then there are no more runs.
+    which is asked several times a second, from any other thread: then there are no more runs. watch(index, columns) is shown the states of a run so far
+    each time that there is one more, from several threads, and stops that run by returning True; what it raises is raised here.
     """
+    raised: list[BaseException] = []
+
+    def watch_of(rows: Sequence[int]) -> Callable[[int, Mapping[str, NDArray[np.float64]]], bool] | None:
+        def watched(task: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:
+            try:
+                return bool(watch(rows[task], columns))
+            except BaseException as error:
+                raised.append(error)
+                return True
+
+        return watched if watch else None
+
     packings = [packing] * len(laws) if isinstance(packing, Packing) else packing
     rows_of: dict[int, list[int]] = {}
     for row, each in enumerate(packings):
@@ -57,7 +72,9 @@ def run_batch(
         held = _native.Packing(of.positions, of.radii, of.edges)
         order = sorted(range(len(rows)), key=lambda index: -expected_steps[rows[index]])
         share = max(1, min(round(threads * len(rows) / len(laws)), len(rows)))
-        batch = _native.Batch(held, [laws[row] for row in rows], density, list(stages), order, share, step_limit, precision=precision, economy=economy)
+        batch = _native.Batch(
+            held, [laws[row] for row in rows], density, list(stages), order, share, step_limit, precision=precision, economy=economy, watch=watch_of(rows)
+        )
         batches.append((batch, rows))
     left = {number: len(rows) for number, (_, rows) in enumerate(batches)}
     try:
@@ -65,6 +82,9 @@ def run_batch(
             for number in list(left):
                 batch, rows = batches[number]
                 outcome = batch.next(_PATIENCE / len(left))
+                if raised:
+                    # Not left in the list, or the batch would hold, by who watches it, the traceback that holds the batch.
+                    raise raised.pop()
                 if outcome is None:
                     continue
                 left[number] -= 1

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Samples
 from graincal.inference.batch import Batch, Batches
+from graincal.inference.early_stop import EarlyStop
 from graincal.inference.iteration import Iteration
 
 
@@ -38,17 +39,19 @@ class AskTellFilter(ABC):
         responses: NDArray[np.float64] | Sequence[NDArray[np.float64]],
         failed: ArrayLike | None = None,
         infeasible: ArrayLike | None = None,
+        stopped: ArrayLike | None = None,
     ) -> None:
         """Say what the model returned for some of the samples asked, in any order. Iterations are completed in order, by the last one told of each.
 
         `responses` is x (N, T, J) at the reference's own control values, in the order of its observables; with several experiments, a sequence of
         such arrays. `failed` (N,) marks evaluations without a usable response; their rows are not looked at. A row with a value that is not
         finite, in any experiment, counts as failed too. `infeasible` (N,) marks failures whose parameters are impossible: their likelihood is zero,
-        where to a posterior other failures say nothing of the parameters. By the paper's method any failure has weight zero.
+        where to a posterior other failures say nothing of the parameters. By the paper's method any failure has weight zero. `stopped` (N,) marks evaluations
+        that ended early because `early_stops` said so, whose responses are NaN from some state on (all of them, in an experiment that was left out).
         Raises InputError, and stores nothing, for samples that were not asked or already told, for other parameters under the id of one that
         was asked, and for arrays of another shape.
         """
-        self._batches.tell(samples, responses, failed, infeasible)
+        self._batches.tell(samples, responses, failed, infeasible, stopped)
         while batch := self._batches.take_complete():
             self._complete_batch(batch)
 
@@ -75,6 +78,11 @@ class AskTellFilter(ABC):
     def under_way(self) -> tuple[Samples, ...]:
         """All samples of each iteration that is asked for and not complete, told or not: the first is that of number `len(iterations)`."""
         return tuple(batch.samples for batch in self._batches)
+
+    @property
+    def early_stops(self) -> tuple[EarlyStop | None, ...]:
+        """For each of `under_way`, when its runs may be stopped; None for never."""
+        return tuple(batch.early_stop for batch in self._batches)
 
     @property
     def iterations(self) -> tuple[Iteration, ...]:

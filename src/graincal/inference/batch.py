@@ -9,29 +9,40 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference.early_stop import EarlyStop
 
 
 class Batch:
     """The samples of one iteration and what has been told of them.
 
-    `responses` holds one (N, T, J) for each reference, NaN where nothing usable was told; `told`, `failed` and `infeasible` are (N,) masks: an
-    infeasible sample, whose parameters are impossible, is a failure too.
+    `responses` holds one (N, T, J) for each reference, NaN where nothing usable was told; `told`, `failed`, `infeasible` and `stopped` are (N,) masks: an
+    infeasible sample, whose parameters are impossible, is a failure too; one that was stopped is none. early_stop: when runs of it may be stopped.
     """
 
-    def __init__(self, samples: Samples, references: Sequence[Reference], space: ParameterSpace) -> None:
+    def __init__(self, samples: Samples, references: Sequence[Reference], space: ParameterSpace, early_stop: EarlyStop | None = None) -> None:
         self.samples = samples
+        self.early_stop = early_stop
         self.responses = [np.full((len(samples), *reference.values.shape), np.nan) for reference in references]
         self.told = np.zeros(len(samples), dtype=bool)
         self.failed = np.zeros(len(samples), dtype=bool)
         self.infeasible = np.zeros(len(samples), dtype=bool)
+        self.stopped = np.zeros(len(samples), dtype=bool)
         # Generous enough for values that went through a table, strict enough to notice another seed or another space.
         self.tolerance = 1e-6 * (space.high - space.low)
 
-    def keep(self, rows: NDArray[np.intp], arrays: Sequence[NDArray[np.float64]], lost: NDArray[np.bool_], impossible: NDArray[np.bool_]) -> None:
+    def keep(
+        self,
+        rows: NDArray[np.intp],
+        arrays: Sequence[NDArray[np.float64]],
+        lost: NDArray[np.bool_],
+        impossible: NDArray[np.bool_],
+        stopped: NDArray[np.bool_],
+    ) -> None:
         """Keep what became of some rows (N,): responses, one (N, T, J) for each reference, not looked at where they are `lost` (N,)."""
         self.told[rows] = True
         self.failed[rows] = lost
         self.infeasible[rows] = impossible
+        self.stopped[rows] = stopped
         for mine, array in zip(self.responses, arrays):
             mine[rows[~lost]] = array[~lost]
 
@@ -79,6 +90,7 @@ class Batches:
         responses: Sequence[NDArray[np.float64]] | NDArray[np.float64],
         failed: ArrayLike | None,
         infeasible: ArrayLike | None = None,
+        stopped: ArrayLike | None = None,
     ) -> None:
         """Store the responses of some samples, all or (on InputError) none; see `AskTellFilter.tell`."""
         if not (hasattr(samples, "ids") and hasattr(samples, "theta")):
@@ -87,11 +99,12 @@ class Batches:
         arrays = self._arrays(responses, len(rows))
         lost, impossible = _mask("failed", failed, len(rows)), _mask("infeasible", infeasible, len(rows))
         lost |= impossible
+        ended = _mask("stopped", stopped, len(rows)) & ~lost
         for array in arrays:
-            lost |= ~np.isfinite(array).all(axis=(1, 2))
+            lost |= ~ended & ~np.isfinite(array).all(axis=(1, 2))
         for batch in self._under_way:
             mine = (rows >= 0) & (rows < len(batch.samples))
-            batch.keep(rows[mine], [array[mine] for array in arrays], lost[mine], impossible[mine])
+            batch.keep(rows[mine], [array[mine] for array in arrays], lost[mine], impossible[mine], ended[mine])
             rows = rows - len(batch.samples)
 
     def _rows(self, samples: Samples) -> NDArray[np.intp]:

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from graincal.data import ParameterSpace, Reference
+from graincal.inference.early_stop import FirstStates, bounds
 from graincal.inference.emulator import Emulator, emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.explore import Explored, explore
-from graincal.inference.importance import normalised, pareto_k
+from graincal.inference.importance import log_evidence, normalised, pareto_k
 from graincal.inference.likelihood import ReducedLikelihood, log_likelihood, marginal
 from graincal.inference.posterior import Posterior
 
@@ -36,11 +37,13 @@ class Emulation:
     poor nor one that may be anything is the answer. log_evidence with its standard deviation: of the references, under the prior.
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses.
     coverage: how many of them lie in their 90 % intervals. weights (N,): of the evaluations themselves, zero where they carry none;
-    effective_sample_size, a number of evaluations, and pareto_k tell what they are good for.
+    effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. dropped: the part of the
+    posterior's probability that evaluations which were stopped hold at most.
     """
 
     emulators: tuple[Emulator, ...]
     likelihoods: tuple[ReducedLikelihood, ...]
+    first_states: tuple[FirstStates, ...]
     explored: Explored
     posterior: Posterior
     answer: NDArray[np.float64]
@@ -48,6 +51,8 @@ class Emulation:
     coverage: float
     weights: NDArray[np.float64]
     pareto_k: float
+    log_evidence_of_runs: float
+    dropped: float
 
     @property
     def log_evidence(self) -> float:
@@ -80,14 +85,17 @@ def emulate(
 ) -> Emulation:
     """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
     before: from fewer of the evaluations. cheaper: emulators of a first look at each reference."""
-    usable, unit, space = evaluations.usable, evaluations.unit, evaluations.space
-    emulators, likelihoods = [], []
+    unit, space = evaluations.unit, evaluations.space
+    emulators, likelihoods, first_states = [], [], []
     for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
         start, below = before.emulators[number] if before else None, cheaper[number] if cheaper else None
-        emulator = Emulator(unit[usable], responses[usable], reference, start, space.columns(number), below)
-        emulator.trust(_nearness(responses[usable], reference, model))
+        whole, begun = evaluations.known(number)
+        emulator = Emulator(unit[whole], responses[whole], reference, start, space.columns(number), below, (unit[begun], responses[begun]))
+        emulator.trust(_nearness(responses[whole], reference, model))
+        added = emulator.added(scatter)
         emulators.append(emulator)
-        likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter)))
+        likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, added))
+        first_states.append(FirstStates(reference, model, added, emulator.simulator))
 
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return emulated_log_likelihood(likelihoods, emulators, points)
@@ -98,20 +106,29 @@ def emulate(
     explored = explore(space, emulated, rng)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
+    # And one that was stopped with as much as it can have at most, although the emulator says less.
+    stopped = evaluations.stopped
+    logs[stopped] = bounds(first_states, [responses[stopped] for responses in evaluations.responses])
     log_weights = evaluations.log_weights(logs, np.full(len(evaluations), True))
-    weights = normalised(log_weights) if np.isfinite(log_weights).any() else np.zeros(len(evaluations))
-    near = np.maximum(weights[usable], LEAST_COUNT / usable.sum())
+    some = np.isfinite(log_weights).any()
+    weights = normalised(log_weights) if some else np.zeros(len(evaluations))
     held_out = [emulator.held_out() for emulator in emulators]
+    near = [np.maximum(weights[whole], LEAST_COUNT / whole.sum()) for whole, _ in map(evaluations.known, range(len(references)))]
+    drawn = np.sum(evaluations.proposal >= 0)
+    of_runs = log_evidence(log_weights, drawn) if some else -np.inf
     return Emulation(
         tuple(emulators),
         tuple(likelihoods),
+        tuple(first_states),
         explored,
         Posterior(space.names, explored.theta, explored.weights),
         _best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
-        tuple(float(np.sqrt(np.average(each.error**2, weights=near))) for each in held_out),
+        tuple(float(np.sqrt(np.average(each.error**2, weights=nearness))) for each, nearness in zip(held_out, near)),
         float(np.mean([each.within.mean() for each in held_out])),
         weights,
         pareto_k(log_weights),
+        of_runs,
+        float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / max(drawn, 1)),
     )
 
 

@@ -11,7 +11,7 @@ from sklearn.gaussian_process.kernels import Kernel
 
 from graincal.data import Reference
 from graincal.inference.likelihood import ReducedLikelihood, columns
-from graincal.inference.process import Process
+from graincal.inference.process import JITTER, Process
 from graincal.inference.warping import even_powers, warped
 
 # Components are kept until what is left of the variance is below this part, and at most so many.
@@ -54,20 +54,22 @@ class Emulator:
         start: Emulator | None = None,
         seen: slice | NDArray[np.intp] = slice(None),
         cheaper: Emulator | None = None,
+        begun: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     ) -> None:
         """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at.
 
-        seen: an index of the parameters that the model sees; the others are not looked at. cheaper: of a cheaper model's responses.
+        seen: an index of the parameters that the model sees; the others are not looked at. cheaper: of a cheaper model's responses. begun: points and
+        responses of evaluations that were stopped, NaN from some state on.
         """
         peaks = np.abs(reference.values).max(axis=0)
         scale = np.repeat(np.where(peaks > 0, peaks, 1.0), len(reference.control))
+        self._cheaper = cheaper
         curves = columns(responses) / scale
         self._total = np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2))
-        self._cheaper = cheaper
         if cheaper is not None:
             # Evaluations that follow a first look are near the reference, and differ less than responses do over the box.
             self._total = max(self._total, cheaper._total)
-            curves = curves - columns(cheaper.curves(cheaper.predict(unit)[0], responses.shape[2])) / scale
+        curves = self._varying(unit, responses, scale)
         middle = curves.mean(axis=0)
         left, sizes, right = np.linalg.svd(curves - middle, full_matrices=False)
         remaining = 1 - np.cumsum(sizes**2) / max(np.sum(sizes**2), 1e-300)
@@ -79,15 +81,20 @@ class Emulator:
         if cheaper is not None:
             self.centre = self.centre + cheaper.centre
             self.basis = np.column_stack([self.basis, cheaper.basis])
-        left_out = curves - middle - scores * deviation @ right[:q]
-        self.truncation = scale**2 * np.mean(left_out**2, axis=0)
+        left_out = np.mean((curves - middle - scores * deviation @ right[:q]) ** 2, axis=0)
+        self.truncation = scale**2 * left_out
+        self._complete = len(unit)
+        noise = np.zeros(scores.shape)
+        if begun is not None and len(begun[0]):
+            found = _of_first_states(self._varying(*begun, scale) - middle, curves - middle, scores, right[:q].T * deviation, left_out)
+            unit, scores, noise = np.concatenate([unit, begun[0]]), np.concatenate([scores, found[0]]), np.concatenate([noise, found[1]])
         unit = unit[:, seen]
         self._seen = seen
         self.powers = np.ones(unit.shape[1]) if start is None else start.powers
         starts = [] if start is None else [process.kernel for process in start._processes]
-        self._processes = _processes(warped(unit, self.powers), scores, starts)
+        self._processes = _processes(warped(unit, self.powers), scores, noise, starts)
         self.powers = even_powers(self._processes, unit, self.powers)
-        self._processes = _processes(warped(unit, self.powers), scores, [process.kernel for process in self._processes])
+        self._processes = _processes(warped(unit, self.powers), scores, noise, [process.kernel for process in self._processes])
         self.inflation = np.ones(q)
         self.nuggets = np.array([process.nugget for process in self._processes])
         self._size = deviation / np.sqrt(curves.shape[1])
@@ -124,33 +131,85 @@ class Emulator:
             return np.stack(drawn, axis=2)
         return np.concatenate([np.stack(drawn, axis=2), self._cheaper.draw(unit, count, rng)], axis=2)
 
+    def _varying(self, unit: NDArray[np.float64], responses: NDArray[np.float64], scale: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the processes are of, as scaled curves (N, J T): responses (N, T, J), or what they differ by from a cheaper model's."""
+        curves = columns(responses) / scale
+        if self._cheaper is None:
+            return curves
+        return curves - columns(self._cheaper.curves(self._cheaper.predict(unit)[0], responses.shape[2])) / scale
+
     def _points(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The processes' coordinates of points (M, n)."""
         return warped(unit[:, self._seen], self.powers)
 
     def trust(self, weights: NDArray[np.float64]) -> None:
-        """Widen the variances of the mean to what the evaluations show, each predicted from the others, where it matters: by weights (N,) that sum to 1.
+        """Widen the variances of the mean to what the evaluations show, each predicted from the others, where it matters: by weights (N,) that sum to 1, of
+        those that were not stopped.
 
         A process whose lengths fit the whole box is too sure of itself where responses change faster than elsewhere. It is never made surer.
         """
-        errors, deviations = zip(*(process.held_out() for process in self._processes))
-        self.inflation = np.maximum(1.0, weights @ (np.column_stack(errors) / np.column_stack(deviations)) ** 2)
+        errors, deviations = self._held_out()
+        self.inflation = np.maximum(1.0, weights @ (errors / deviations) ** 2)
 
     def curves(self, components: NDArray[np.float64], observables: int) -> NDArray[np.float64]:
         """Components (M, q) as curves (M, T, J)."""
         flat = self.centre + components @ self.basis.T
         return np.swapaxes(flat.reshape(*flat.shape[:-1], observables, -1), -1, -2)
 
-    def held_out(self) -> HeldOut:
-        """How it predicts each evaluation from the others."""
+    def _held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         errors, deviations = zip(*(process.held_out() for process in self._processes))
-        errors, deviations = np.column_stack(errors), np.column_stack(deviations)
+        return np.column_stack(errors)[: self._complete], np.column_stack(deviations)[: self._complete]
+
+    def held_out(self) -> HeldOut:
+        """How it predicts each evaluation from the others, of those that were not stopped."""
+        errors, deviations = self._held_out()
         return HeldOut(np.sqrt(np.sum((errors * self._size) ** 2, axis=1)) / self._total, np.abs(errors) <= 1.6449 * deviations)
 
 
-def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
-    """One for each column of scores (N, q) at points (N, n)."""
-    return [Process(points, score, starts[k] if k < len(starts) else None) for k, score in enumerate(scores.T)]
+def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], noise: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
+    """One for each column of scores (N, q), with their noise (N, q), at points (N, n)."""
+    return [Process(points, score, starts[k] if k < len(starts) else None, variance) for k, (score, variance) in enumerate(zip(scores.T, noise.T))]
+
+
+def _of_first_states(
+    begun: NDArray[np.float64], complete: NDArray[np.float64], scores: NDArray[np.float64], basis: NDArray[np.float64], left_out: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What curves (B, J T), NaN from some state on, tell of their scores: values (B, q) and the variance of each.
+
+    Beside one score the others are taken as they are over the complete curves (N, J T), whose scores (N, q) have a mean of 0 and a variance of 1; or as much
+    larger as the curve itself is, as far as it goes, for those that were stopped are far off. To the variances is added what the same states of the complete
+    curves are wrong by. All that grows once more by as much as the curve is larger: so far off, curves follow the basis less and less (where the complete
+    ones are of a seventh of each range, deviations without it are two to four times too small). And where a curve does not follow the basis (J T, q) even so far, the variance of what that leaves out (J T,) is taken
+    to be as large as is seen.
+    """
+    values, variances = np.empty((2, len(begun), basis.shape[1]))
+    known = np.isfinite(begun)
+    for states in np.unique(known, axis=0):
+        rows = np.flatnonzero((known == states).all(axis=1))
+        first, floor = basis[states], np.maximum(left_out[states], JITTER)
+        wrong = np.mean((_score(complete[:, states], first, floor)[0] - scores) ** 2, axis=0)
+        for row in rows:
+            curve = begun[row, states]
+            white = first / np.sqrt(floor)[:, None]
+            missed = curve / np.sqrt(floor) - white @ np.linalg.lstsq(white, curve / np.sqrt(floor), rcond=None)[0]
+            excess = max(1.0, np.sum(missed**2) / max(len(curve) - first.shape[1], 1))
+            (found,), _, owed = _score(curve[None], first, excess * floor)
+            # What the mean of scores of variance 1 squares to on average is what the curve tells of them.
+            size = np.sqrt(max(1.0, np.sum((owed * found) ** 2) / np.sum(owed)))
+            (found,), variance, _ = _score(curve[None], size * first, excess * floor)
+            values[row], variances[row] = size * found, size**4 * (variance + wrong)
+    return values, variances
+
+
+def _score(
+    curves: NDArray[np.float64], basis: NDArray[np.float64], left_out: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """The most probable scores (N, q) of curves (N, K), the variance of each (q,), the others being of variance 1, and how much a curve tells of it (q,), 0 to 1."""
+    weighted = basis / left_out[:, None]
+    covariance = np.linalg.inv(np.eye(basis.shape[1]) + basis.T @ weighted)
+    # The posterior of a score, with a prior of variance 1, is that of what the curve tells of it: which of the two it owes to what is seen here.
+    owed = np.maximum(1 - np.diag(covariance), JITTER)
+    return curves @ weighted @ covariance / owed, np.diag(covariance) / owed, owed
 
 
 def emulated_log_likelihood(likelihoods: Sequence[ReducedLikelihood], emulators: Sequence[Emulator], unit: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,24 @@ def sample_errors(errors: NDArray[np.float64], shares: NDArray[np.float64]) -> N
     `shares` is w~ (P,): the smaller an observable's variance share, the more its error counts.
     """
     return errors @ (1 / shares) / np.sum(1 / shares)
+
+
+def errors_so_far(
+    responses: Sequence[NDArray[np.float64]], references: Sequence[Reference]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """`observable_errors` (N, P) and `sample_errors` (N,) of responses that were stopped, one (N, T, J) for each reference: over the states that they came
+    to, and the experiments that they were run in."""
+    pairs = []
+    for response, reference in zip(responses, references):
+        known = np.isfinite(response)
+        apart = np.where(known, np.abs(reference.values - response), 0).sum(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            errors = 100 * apart / np.where(known, np.abs(reference.values), 0).sum(axis=1)
+        pairs.append(np.where(known.any(axis=1), errors, np.nan))
+    errors, trust = np.concatenate(pairs, axis=1), 1 / np.concatenate([reference.shares for reference in references])
+    with np.errstate(invalid="ignore"):
+        means = np.nansum(errors * trust, axis=1) / np.sum(~np.isnan(errors) * trust, axis=1)
+    return errors, np.where(np.isnan(means), np.inf, means)
 
 
 def gl_error(weights: NDArray[np.float64], errors: NDArray[np.float64]) -> float:

@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from graincal.data import ParameterSpace
 from graincal.inference.batch import Batch
 from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.early_stop import leading_states
 from graincal.inference.importance import log_importance_weights
 
 
@@ -19,7 +21,8 @@ class Evaluations:
 
     theta (N, n); responses, one (N, T, J) for each reference, NaN where there is none. proposal (N,): the number of the density that each was drawn
     from, -1 for one that was chosen, which carries no weight. infeasible (N,): no response, for the parameters are impossible: the likelihood
-    is zero. missing (N,): no response for another reason, which says nothing of the parameters.
+    is zero. missing (N,): no response for another reason, which says nothing of the parameters. stopped (N,): the first states of a response, which say
+    that the likelihood is next to nothing.
     """
 
     space: ParameterSpace
@@ -28,13 +31,14 @@ class Evaluations:
     proposal: NDArray[np.int64]
     missing: NDArray[np.bool_]
     infeasible: NDArray[np.bool_]
+    stopped: NDArray[np.bool_]
     proposals: tuple[DefensiveMixture, ...] = ()
 
     @classmethod
     def none(cls, space: ParameterSpace, shapes: list[tuple[int, int]]) -> Evaluations:
         """Before the first; shapes: (T, J) of each reference."""
         nothing = np.empty(0, dtype=bool)
-        return cls(space, np.empty((0, space.size)), tuple(np.empty((0, *shape)) for shape in shapes), np.empty(0, dtype=np.int64), nothing, nothing)
+        return cls(space, np.empty((0, space.size)), tuple(np.empty((0, *shape)) for shape in shapes), np.empty(0, dtype=np.int64), nothing, nothing, nothing)
 
     def __len__(self) -> int:
         return len(self.theta)
@@ -49,18 +53,33 @@ class Evaluations:
             proposal=np.concatenate([self.proposal, number]),
             missing=np.concatenate([self.missing, batch.failed & ~batch.infeasible]),
             infeasible=np.concatenate([self.infeasible, batch.infeasible]),
+            stopped=np.concatenate([self.stopped, batch.stopped]),
             proposals=(*self.proposals, proposal),
         )
 
     @property
     def usable(self) -> NDArray[np.bool_]:
-        """Which have responses, (N,)."""
-        return ~(self.missing | self.infeasible)
+        """Which have whole responses, (N,)."""
+        return ~(self.missing | self.infeasible | self.stopped)
 
     @property
     def unit(self) -> NDArray[np.float64]:
         """theta on the unit cube."""
         return self.space.to_unit(self.theta)
+
+    def known(self, experiment: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which have the whole of their response in an experiment, (N,), and which the first of its states only, (N,)."""
+        states = leading_states(self.responses[experiment])
+        whole = states == self.responses[experiment].shape[1]
+        return self.usable | (self.stopped & whole), self.stopped & ~whole & (states > 0)
+
+    def log_densities(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The log of how many samples were drawn by volume at points (M, n), of all proposals: (M,)."""
+        counts = np.bincount(self.proposal[self.proposal >= 0], minlength=len(self.proposals))
+        asked = np.flatnonzero(counts)
+        if not len(asked):
+            return np.full(len(theta), -np.inf)
+        return logsumexp([self.proposals[k].log_density(theta) for k in asked], axis=0, b=counts[asked, None])
 
     def log_weights(self, log_likelihood: NDArray[np.float64], counted: NDArray[np.bool_]) -> NDArray[np.float64]:
         """log w (N,) for log likelihoods (N,): against all densities that the `counted` samples were drawn from, as many as each of them is of.

@@ -42,6 +42,8 @@ class Iteration:
     gl_error: float
     """Percent, Eq. 7."""
     unweighted: str = ""
+    stopped: NDArray[np.bool_] | None = None
+    """(N,): the evaluations that were stopped, whose errors are those of the states that they came to; None for none of them."""
 
     @property
     def final_weights(self) -> NDArray[np.float64]:
@@ -68,8 +70,14 @@ class Iteration:
 
     @property
     def smallest_error(self) -> float:
-        """The smallest error of the samples, percent, Eq. 6; NaN if all failed."""
-        return np.nan if self.failed.all() else float(np.nanmin(self.errors))
+        """The smallest error of the samples that were not stopped, percent, Eq. 6; NaN if there is none."""
+        errors = self.errors[self.complete]
+        return float(errors.min()) if len(errors) else np.nan
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """(N,): the evaluations that neither failed nor were stopped."""
+        return ~self.failed if self.stopped is None else ~(self.failed | self.stopped)
 
     @property
     def posterior(self) -> Posterior:

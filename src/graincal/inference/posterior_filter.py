@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,11 @@ from graincal.inference.ask_tell import AskTellFilter
 from graincal.inference.batch import Batch, Batches
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.direct import Weighed, weigh_directly
+from graincal.inference.early_stop import MOST_DROPPED, EarlyStop
 from graincal.inference.emulation import Emulation, emulate
 from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import error_model
-from graincal.inference.errors import gl_error, observable_errors, sample_errors
+from graincal.inference.errors import errors_so_far, gl_error, observable_errors, sample_errors
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.first_look import FirstLook
 from graincal.inference.importance import normalised
@@ -50,6 +52,7 @@ class PosteriorFilter(AskTellFilter):
 
     Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples, `ahead` batches. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
     `first_look`: evaluations of cheaper models, which say where to begin and what to expect of each response.
+    `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
     `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `scatters`: for each reference,
     whether the lab's sample is one of many like the model's runs, because these are spread over several packings; what runs at one Theta scatter by
@@ -68,6 +71,7 @@ class PosteriorFilter(AskTellFilter):
         correlation_length: float | None = None,
         discrepancy: bool = False,
         emulator: bool = True,
+        early_stop: bool = True,
         scatters: Sequence[bool] | None = None,
         first_look: FirstLook | None = None,
         stop: Stop = Stop(),
@@ -79,6 +83,7 @@ class PosteriorFilter(AskTellFilter):
         self.batch = 2 * space.size if batch is None else batch
         self.ahead = ahead
         self.emulator = emulator
+        self.early_stop = early_stop
         self.stop = stop
         self.seed = seed
         self._check(scatters)
@@ -177,6 +182,8 @@ class PosteriorFilter(AskTellFilter):
             self._emulations.append(None), self._weighed.append(None)
         elif self.emulator:
             before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
+            # Of batches under way those who may stop their runs hold what they need.
+            self._emulations = [each and replace(each, first_states=()) for each in self._emulations]
             self._emulations.append(
                 emulate(
                     self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate", len(self._iterations)), before, self._cheaper
@@ -212,7 +219,7 @@ class PosteriorFilter(AskTellFilter):
         rng = self._rng("propose", self._batches_asked)
         emulation = self.emulation
         if emulation and emulation.predicts:
-            self._ask(emulation.explored.proposal, self.batch - 1, emulation.answer[None])
+            self._ask(emulation.explored.proposal, self.batch - 1, emulation.answer[None], emulation if self.early_stop else None)
             return
         weighed = self.weighed or (weigh_directly(self._evaluations, self.references, self.errors) if self._iterations else None)
         if weighed is None:
@@ -220,7 +227,10 @@ class PosteriorFilter(AskTellFilter):
             return
         self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), self.batch)
 
-    def _ask(self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None) -> None:
+    def _ask(
+        self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None, emulation: Emulation | None = None
+    ) -> None:
+        """Ask for so many samples of a density and those chosen. emulation: by which runs of the former may be stopped."""
         try:
             drawn = proposal.draw(count, self._rng("draw", self._batches_asked)) if count else np.empty((0, self.space.size))
         except ProposalOutsideBox as reason:
@@ -231,8 +241,19 @@ class PosteriorFilter(AskTellFilter):
         ids = np.arange(len(theta), dtype=np.int64) + self._batches.asked
         for array in (ids, theta):
             array.setflags(write=False)
+        early_stop = EarlyStop(emulation.first_states, dict(zip(ids.tolist(), self._least(emulation, proposal, drawn)))) if emulation else None
         self._origins.append((proposal, count))
-        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space))
+        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space, early_stop))
+
+    def _least(self, emulation: Emulation, proposal: DefensiveMixture, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The log likelihood (M,) below which samples (M, n) of a proposal are of no account: so many runs of that together have not the part
+        MOST_DROPPED of the evidence, which is taken to be the smaller of what the emulator and the runs alone say."""
+        densities = self._evaluations.log_densities(theta)
+        densities = np.logaddexp(densities, np.log(len(theta)) + proposal.log_density(theta))
+        # Ten times as many as there are, whatever the limit: the part that all batches may drop then adds up to a fraction of it, for it grows by the logarithm.
+        runs = 10 * (self._batches.asked + len(theta))
+        evidence = min(emulation.log_evidence, emulation.log_evidence_of_runs)
+        return np.log(MOST_DROPPED / runs) + evidence + self.space.log_volume + densities
 
     def _look(self, first_look: FirstLook | None) -> tuple[tuple[Emulator, ...] | None, DefensiveMixture]:
         """Emulators of a first look, and the density of the first batch: all of the box where there was none."""
@@ -267,20 +288,24 @@ class PosteriorFilter(AskTellFilter):
     def _iteration(self, batch: Batch) -> Iteration:
         pairs = np.concatenate([observable_errors(x, y) for x, y in zip(batch.responses, self.references)], axis=1)
         errors = sample_errors(pairs, np.concatenate([reference.shares for reference in self.references]))
+        stopped = batch.stopped
+        pairs[stopped], errors[stopped] = errors_so_far([responses[stopped] for responses in batch.responses], self.references)
         weights, sample_size, mean_error, unweighted = np.zeros(len(errors)), np.nan, np.nan, "no response to learn from"
         if not batch.failed.all() and (self.emulation or self.weighed):
             if self.emulation:
                 logs = self.emulation.log_likelihood(self.space.to_unit(batch.samples.theta))
             else:
                 logs = self.weighed.log_weights[-len(errors) :]
-            logs = np.where(batch.failed, -np.inf, logs)
+            logs = np.where(batch.failed | stopped, -np.inf, logs)
             if np.isfinite(logs).any():
                 weights, unweighted = normalised(logs), ""
                 mean_error = gl_error(weights, errors)
                 sample_size = 1 / (len(weights) * np.sum(weights**2))
-        for array in (batch.failed, pairs, errors, weights):
+        for array in (batch.failed, stopped, pairs, errors, weights):
             array.setflags(write=False)
-        return Iteration(len(self._iterations), batch.samples, None, batch.failed, pairs, errors, weights[None], np.nan, sample_size, mean_error, unweighted)
+        return Iteration(
+            len(self._iterations), batch.samples, None, batch.failed, pairs, errors, weights[None], np.nan, sample_size, mean_error, unweighted, stopped
+        )
 
     def _posteriors(self) -> list[Posterior | None]:
         return [emulation.posterior if emulation else None for emulation in self._emulations]

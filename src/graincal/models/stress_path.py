@@ -96,6 +96,7 @@ class StressPathTest(Economy, ABC):
     """Columns of a response beyond RETURNED."""
     shown: ClassVar[tuple[Panel, ...]] = (Panel("stress_ratio"), Panel("volumetric_strain"))
     """The panels of a figure."""
+    can_be_watched: ClassVar[bool] = True
     optional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be None."""
 
@@ -194,23 +195,26 @@ class StressPathTest(Economy, ABC):
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
         return np.stack([columns[name] for name in PARAMETERS], axis=1)
 
-    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+    def evaluate(
+        self, samples: Samples, at: ArrayLike, workers: int | None = None, watch: Callable[[int, Response], bool] | None = None
+    ) -> Iterator[tuple[int, Response | Failure]]:
         """Simulate each sample and yield (row, Response or Failure) in order of completion.
 
         at (T,): control values of the recorded states: strains logarithmic, as fractions; stresses in Pa. workers: threads, all cores by default. A
-        sample outside the bounds of the contact law is a Failure. Raises InputError for parameters too many or too few, and for values that cannot be
-        reached.
+        sample outside the bounds of the contact law is a Failure. watch(id, response) is shown the states of a sample so far each time that there is one
+        more, from several threads; where it returns True, the simulation is stopped and they are its Response. Raises InputError for parameters too many or
+        too few, and for values that cannot be reached.
         """
         at = self.checked(at)
         theta = self.arrange(samples)
-        return self._evaluate(theta, samples.ids % len(self.packings), at, workers or available_cores())
+        return self._evaluate(theta, samples.ids, at, workers or available_cores(), watch)
 
-    def one_by_one(self, at: ArrayLike) -> OneByOne:
-        """Simulations of single samples, each on one thread. Raises InputError for control values that cannot be reached."""
+    def one_by_one(self, at: ArrayLike, watch: Callable[[int, Response], bool] | None = None) -> OneByOne:
+        """Simulations of single samples, each on one thread; watch as in `evaluate`. Raises InputError for control values that cannot be reached."""
         at, stopped = self.checked(at), threading.Event()
 
         def evaluate(sample: Samples) -> Response | Failure:
-            ((_, outcome),) = self._evaluate(self.arrange(sample), sample.ids % len(self.packings), at, 1, stopped.is_set)
+            ((_, outcome),) = self._evaluate(self.arrange(sample), sample.ids, at, 1, watch, stopped.is_set)
             return outcome
 
         return OneByOne(evaluate, stopped.set)
@@ -222,9 +226,10 @@ class StressPathTest(Economy, ABC):
     def _evaluate(
         self,
         theta: NDArray[np.float64],
-        which: NDArray[np.int64],
+        ids: NDArray[np.int64],
         at: NDArray[np.float64],
         threads: int,
+        watch: Callable[[int, Response], bool] | None = None,
         stopped: Callable[[], bool] = lambda: False,
     ) -> Iterator[tuple[int, Response | Failure]]:
         possible = []
@@ -237,8 +242,16 @@ class StressPathTest(Economy, ABC):
                 possible.append(row)
         if not possible:
             return
+        alone = self.alone
+        test_of = [alone[id % len(alone)] for id in ids]
+
+        def watched(index: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:
+            row = possible[index]
+            # Where too many of the states so far were not at rest they say nothing, and whether it is a failure is seen at the end.
+            return not self._too_many_flagged(columns) and watch(int(ids[row]), test_of[row]._response(columns, at))
+
         runs = run_batch(
-            [self.packings[which[row]] for row in possible],
+            [test_of[row].packing for row in possible],
             [_law(self.law, theta[row]) for row in possible],
             self.stages(at),
             density=DENSITY * self.density_scaling,
@@ -248,11 +261,11 @@ class StressPathTest(Economy, ABC):
             precision=self.precision,
             economy=self.economy,
             stopped=stopped,
+            watch=watched if watch else None,
         )
-        tests = self.alone
         for run in runs:
             row = possible[run.index]
-            yield row, tests[which[row]]._outcome(run, at)
+            yield row, test_of[row]._outcome(run, at)
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
         """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order."""
@@ -272,13 +285,22 @@ class StressPathTest(Economy, ABC):
         flagged = int(run.columns["flagged"].sum())
         details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * self.packing.count}
         details |= {"flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
+        if run.status == "stopped":
+            return self._response(run.columns, at, details | {"stopped": 1})
         if run.status != "finished":
             return Failure(run.status, _FAILURES[run.status].format(limit=self.step_limit) + f" (after {run.steps} steps).", details)
-        if flagged > self.largest_flagged_share * len(at):
+        if self._too_many_flagged(run.columns):
             reason = f"{flagged} of {len(at)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
             return Failure("flagged", reason, details)
-        columns = run.columns | self.derived(run.columns)
-        return Response(at, {name: columns[name] for name in self.returned}, details)
+        return self._response(run.columns, at, details)
+
+    def _too_many_flagged(self, recorded: Mapping[str, NDArray[np.float64]]) -> bool:
+        return bool(recorded["flagged"].sum() > self.largest_flagged_share * len(recorded["flagged"]))
+
+    def _response(self, recorded: Mapping[str, NDArray[np.float64]], at: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
+        """Of the states recorded, the first or all of those at `at`."""
+        columns = {**recorded, **self.derived(recorded)}
+        return Response(at[: len(columns["steps"])], {name: columns[name] for name in self.returned}, details)
 
     def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
         """What follows from the recorded states, whose columns are given."""

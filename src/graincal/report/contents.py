@@ -19,7 +19,7 @@ from graincal.report.page import Page
 from graincal.report.pairs import draw_pairs
 from graincal.report.prediction import Prediction, draw_prediction
 from graincal.report.responses import draw_fabric, draw_responses
-from graincal.report.run_times import draw_run_times, where_failed
+from graincal.report.run_times import draw_run_times, stopped_sentence, where_failed
 from graincal.report.sampling import draw_convergence, draw_samples
 from graincal.report.words import cautions, found
 
@@ -59,6 +59,8 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
     figure_of("fabric", "Fabric")
     page.heading("Run times and failures")
     figure_of("run_times")
+    if stopped := stopped_sentence(result):
+        page.paragraph([stopped])
     if failures := tables.of_failures(result):
         page.paragraph([where_failed(result)])
         page.table(failures)

@@ -129,7 +129,7 @@ class Emulated:
         modes = []
         for number, group in enumerate(groups):
             likely = np.where((of_samples == number) & (self.posterior.weights > 0), self.emulation.explored.log_likelihood, -np.inf)
-            errors = self.result.errors[(of_runs == number) & ~self.result.failed]
+            errors = self.result.errors[(of_runs == number) & self.result.complete]
             modes.append(Mode(group.share, group.centre, self.posterior.samples[int(np.argmax(likely))], float(errors.min()) if errors.size else np.nan))
         return tuple(modes)
 

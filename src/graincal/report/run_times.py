@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import ks_2samp
 
 from graincal.campaign import Result
-from graincal.data import Failure
+from graincal.data import Failure, Response
 from graincal.report import numbers
 from graincal.report.drawing import Axis, Bars, Figure, Panel, Points, log_axis
 from graincal.report.palette import BLUE, GREY, Style, distinct
@@ -70,6 +70,23 @@ def time_sentence(result: Result) -> str:
     return (
         f"The evaluations took {numbers.duration(seconds.sum())} in all, summed over workers: "
         f"{numbers.duration(float(np.median(seconds)))} in the median, {numbers.duration(seconds.max())} at most."
+    )
+
+
+def stopped_sentence(result: Result) -> str:
+    """How many runs were stopped early, how far they had come, and what they hold of the posterior, in a sentence; empty where none was."""
+    if not result.stopped.any():
+        return ""
+    came_to = []
+    for id in result.ids[result.stopped]:
+        outcomes = [result.response(int(id), experiment.name) for experiment in result.experiments]
+        states = sum(len(outcome.control) for outcome in outcomes if isinstance(outcome, Response))
+        came_to.append(states / sum(len(experiment.reference.control) for experiment in result.experiments))
+    dropped = result.learnt[-1].dropped
+    held = f"; together they hold at most {100 * dropped:.1g} % of the posterior's probability" if np.isfinite(dropped) else ""
+    return (
+        f"{numbers.count(len(came_to), 'run')} {'was' if len(came_to) == 1 else 'were'} stopped early, after {100 * np.median(came_to):.0f} % of the states in the "
+        f"median, because whatever they had given from there on they could not have mattered{held}."
     )
 
 

@@ -22,7 +22,7 @@ def draw_samples(result: Result) -> Figure | None:
     if result.best is None:
         return None
     errors = log_axis("error ε [%]", result.errors)
-    above = np.nanmax(result.errors)
+    above = np.max(result.errors[np.isfinite(result.errors)])
     close = close_fits(result.iterations)
     coloured = _coloured(len(result.iterations), *(("batch", "batches") if result.has_posterior else ("iteration", "iterations")))
     panels = []
@@ -49,12 +49,14 @@ def draw_samples(result: Result) -> Figure | None:
         panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
     if result.has_posterior:
         iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", "Crosses are failures, at the parameters that they had."
+        if result.stopped.any():
+            below += f" Of the {count(int(result.stopped.sum()), 'run')} that were stopped early, it is the error of the states that they came to."
     else:
         iterations = count(len(result.iterations), "iteration")
         below = "The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open."
     return Figure(
         "samples",
-        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(np.nanmin(result.errors), 3)} to {value(above, 3)} %.",
+        f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(result.best.error, 3)} to {value(above, 3)} %.",
         "Each point is one evaluation, with its error of Eq. 6; darker points are of later ones, and the grey lines are the ends of the range. " + below,
         tuple(panels),
     )
@@ -105,7 +107,11 @@ def _coloured(iterations: int, one: str, several: str) -> list[tuple[Style, str]
 def _points(iteration: Iteration, k: int, style: Style, name: str) -> Points:
     usable = ~iteration.failed
     ids, errors = iteration.samples.ids[usable], iteration.errors[usable]
-    notes = tuple(f"sample {id}, iteration {iteration.index}: ε = {percent(error)}" for id, error in zip(ids, errors))
+    stopped = np.zeros(len(ids), dtype=bool) if iteration.stopped is None else iteration.stopped[usable]
+    notes = tuple(
+        f"sample {id}, iteration {iteration.index}: ε = {percent(error)}{' as far as it was run' if early else ''}"
+        for id, error, early in zip(ids, errors, stopped)
+    )
     return Points(iteration.samples.theta[usable, k], errors, style, name, notes=notes)
 
 

@@ -72,13 +72,15 @@ def of_iterations(result: Result) -> Table:
 
 
 def of_batches(result: Result) -> Table:
-    """Each batch of the method "posterior": samples, failures, and what was learnt."""
-    head = ("batch", "runs", "failed", "shift [sd]", "held-out error [%]", "coverage [%]", "log evidence", "effective runs", "best ε [%]")
+    """Each batch of the method "posterior": samples, failures, those that were stopped where some were, and what was learnt."""
+    some = result.stopped.any()
+    head = ("batch", "runs", "failed", *(["stopped early"] if some else []), "shift [sd]", "held-out error [%]", "coverage [%]", "log evidence", "effective runs", "best ε [%]")
     rows = []
     for iteration, learnt, best in zip(result.iterations, result.learnt, result.best_errors):
         figures = [numbers.value(learnt.posterior_shift, 2), numbers.value(100 * learnt.held_out_error, 2), numbers.value(100 * learnt.coverage, 3)]
         figures += [f"{learnt.log_evidence:.2f}" if np.isfinite(learnt.log_evidence) else "–", numbers.value(learnt.effective_sample_size, 2), numbers.value(best, 3)]
-        rows.append((str(iteration.index), str(len(iteration.samples)), str(iteration.failed.sum()), *figures))
+        counts = [len(iteration.samples), iteration.failed.sum(), *([iteration.stopped.sum()] if some else [])]
+        rows.append((str(iteration.index), *map(str, counts), *figures))
     return Table(head, tuple(rows), figures=0)
 
 
@@ -170,15 +172,22 @@ def of_provenance(result: Result) -> Table:
     return Table(("", ""), tuple(rows), figures=2)
 
 
+def _first_look(calibration: Calibration) -> str:
+    cheaper = [experiment.model for experiment in calibration.look.experiments] if calibration.look else []
+    counts = {numbers.count(model.packing.count, 'particle') for model in cheaper if isinstance(model, StressPathTest)}
+    return f"{len(calibration.first_look.theta)} evaluations of a cheaper model" + (f" ({', '.join(sorted(counts))})" if counts else "")
+
+
 def _settings(calibration: Calibration) -> dict[str, str]:
     used = calibration.blank_filter()
     if isinstance(used, PosteriorFilter):
         length = calibration.filter_options.get("correlation_length")
         return {
-            **({"first look": f"{len(calibration.first_look.theta)} evaluations of a cheaper model"} if calibration.first_look else {}),
+            **({"first look": _first_look(calibration)} if calibration.first_look else {}),
             "first batch": str(used.first_batch),
             "batch": str(used.batch),
             **({"ahead": str(used.ahead)} if used.ahead else {}),
+            **({} if used.early_stop else {"early stop": "none"}),
             "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
             "discrepancy": "marginalised" if calibration.filter_options.get("discrepancy") else "none",
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graincal.campaign import Result
+from graincal.inference.early_stop import MOST_DROPPED
 from graincal.models import StressPathTest
 from graincal.report import numbers
 from graincal.report.emulated import Emulated
@@ -80,6 +81,11 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
         said.append(f"A few runs carry most of the weight (Pareto k = {emulation.pareto_k:.2g}, above {LARGEST_K:g}): the runs were not where the posterior is.")
     if result.failures > MANY_FAILURES * result.evaluations:
         said.append(f"{100 * result.failures / result.evaluations:.0f} % of the evaluations failed; the posterior knows of the places where they did by the emulator alone.")
+    if emulation.dropped > MOST_DROPPED:
+        said.append(
+            f"The runs that were stopped early may hold {100 * emulation.dropped:.2g} % of the probability, more than the {100 * MOST_DROPPED:g} % that they were to hold by "
+            "what was known when they were: early_stop = false runs them to their end."
+        )
     expected, causes = emulated.expected_error(), _causes(result)
     if answer and answer.mean > FAR * expected:
         said.append(
