@@ -5,7 +5,7 @@
 Three references, of other parameters and packings each, drained to 20 % of axial strain at 0.5 MPa: one on the calibration's own packing (at another density
 scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
 parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method is
-through when their mean error is at most 1.2 times the floor. Those three are not counted. "posterior, first look" begins with a calibration of the same
+through when their mean error is at most 1.2 times the floor. Those three are not counted; runs that the posterior method stops early are. "posterior, first look" begins with a calibration of the same
 reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. Finished calibrations are kept in the file of results
 and not run again.
 """
@@ -47,7 +47,8 @@ def main() -> None:
     parser.add_argument("--methods", nargs="*", default=["posterior", "iterative-bayesian"], choices=METHODS)
     parser.add_argument("--references", nargs="*", default=list(TRUTHS), choices=list(TRUTHS))
     parser.add_argument("--seeds", nargs="*", type=int, default=[1, 2])
-    parser.add_argument("--max-evaluations", type=int, default=100, help="of the posterior method; the paper's has 8 iterations of 80 at most")
+    parser.add_argument("--max-evaluations", type=int, default=100, help="of the posterior method")
+    parser.add_argument("--max-iterations", type=int, default=8, help="of 80 evaluations each, of the paper's method")
     parser.add_argument("--threads", type=int, default=available_cores())
     parser.add_argument("-o", "--output", type=Path, default=Path("dem_calibration.jsonl"))
     arguments = parser.parse_args()
@@ -95,7 +96,7 @@ def _fresh(packing: gc.Packing, theta: np.ndarray, reference: gc.Reference, thre
 
 def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: int, floor: float, arguments: argparse.Namespace) -> dict:
     """One calibration: what it cost until its answer was as good as the truth, and in all."""
-    evaluations, failures, seconds, particle_steps, through, last = 0, 0, 0.0, 0.0, None, float("nan")
+    evaluations, failures, stopped, seconds, particle_steps, through, last = 0, 0, 0, 0.0, 0.0, None, float("nan")
     if method.startswith("posterior"):
         look = None
         if method != "posterior":
@@ -109,7 +110,7 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
         limits = Stop(max_evaluations=arguments.max_evaluations, max_iterations=False)
         filter = PosteriorFilter(SPACE, reference, seed=seed, first_look=look, stop=limits)
     else:
-        only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=8)
+        only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=arguments.max_iterations)
         filter = IterativeBayesianFilter(SPACE, reference, seed=seed, stop=only_s)
     test = _test(packing)
     limit = 1.2 * floor
@@ -119,18 +120,20 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
         seconds, particle_steps = seconds + spent[0], particle_steps + spent[1]
         evaluations += len(filter.iterations[-1].samples)
         failures += int(filter.iterations[-1].failed.sum())
+        stopped += 0 if filter.iterations[-1].stopped is None else int(filter.iterations[-1].stopped.sum())
         answer = _answer(filter)
         if through is None and answer is not None:
             last, each = _fresh(packing, answer, reference, arguments.threads)
             if last <= limit:
                 through = {"evaluations": evaluations, "hours": seconds / 3600, "error": last}
-        best = float(np.nanmin(np.concatenate([iteration.errors for iteration in filter.iterations])))
+        best = float(np.nanmin(np.concatenate([iteration.errors[iteration.complete] for iteration in filter.iterations])))
         print(f"{method}, seed {seed}: {evaluations} evaluations, best {best:.2f} %, answer {last:.2f} % (floor {floor:.2f} %)", flush=True)
     posterior = filter.posterior
     return {
         "through": through,
         "evaluations": evaluations,
         "failures": failures,
+        "stopped": stopped,
         "core_hours": seconds / 3600,
         "wall_hours": (time.perf_counter() - start) / 3600,
         "particle_steps": particle_steps,
@@ -146,17 +149,22 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
 
 def _evaluate(filter, test: gc.TriaxialTest, threads: int) -> tuple[float, float]:
     """One batch; the seconds and the particle-steps that it took."""
-    samples, seconds, particle_steps = filter.ask(), 0.0, 0.0
+    samples, (early_stop, *_), seconds, particle_steps = filter.ask(), filter.early_stops, 0.0, 0.0
     responses = np.full((len(samples), len(STRAIN), 2), np.nan)
-    failed = np.zeros(len(samples), dtype=bool)
-    for row, outcome in enumerate(test.simulate(samples.theta, at=STRAIN, threads=threads)):
+    failed, stopped = np.zeros((2, len(samples)), dtype=bool)
+
+    def hopeless(id: int, response: gc.Response) -> bool:
+        return early_stop is not None and early_stop.hopeless(0, id, response.observables(OBSERVABLES))
+
+    for row, outcome in test.evaluate(samples, at=STRAIN, workers=threads, watch=hopeless):
         seconds += outcome.details.get("seconds", 0.0)
         particle_steps += outcome.details.get("particle_steps", 0.0)
         if isinstance(outcome, gc.Response):
-            responses[row] = outcome.observables(OBSERVABLES)
+            responses[row, : len(outcome.control)] = outcome.observables(OBSERVABLES)
+            stopped[row] = outcome.stopped
         else:
             failed[row] = True
-    filter.tell(samples, responses, failed)
+    filter.tell(samples, responses, failed, stopped=stopped)
     return seconds, particle_steps
 
 
