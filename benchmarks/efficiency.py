@@ -6,7 +6,7 @@ fit: evaluations until one of them has an error of at most 2 % (Eq. 6 of Hartman
 noise. posterior: evaluations until the posterior of every parameter has its mean within 0.25 standard deviations and its standard deviation within
 25 % of the exact one, against a reference with independent errors of 2 % of the peak, which the method is told. Truths are drawn at random from the
 inner 70 % of each range. Printed are the median and the quartiles over seeds, and how many never got there in 600 evaluations (200 for graincal's posterior
-method). "settled" is where that one would have stopped by itself, and at how many seeds its posterior was right then.
+method). With early stop, a run counts as the part of it that was run. "settled" is where that one would have stopped by itself, and at how many seeds its posterior was right then.
 
 A peer runs in the Python that --peers names for it, or in this one; one whose packages are missing is skipped. With --results, runs are appended
 to a CSV as they end, and those it holds are not run again.
@@ -22,17 +22,19 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from exact import exact_moments
 from kept_rows import append_row, read_rows
 from numpy.typing import NDArray
-from problems import PROBLEMS, SPACE, Problem
+from problems import PROBLEMS, SPACE, STRAIN, Problem
 from threadpoolctl import threadpool_limits
 
 import graincal as gc
 from graincal.inference import IterativeBayesianFilter, PosteriorFilter, Stop
+from graincal.inference.early_stop import EarlyStop
 from graincal.inference.errors import observable_errors, sample_errors
 
 PARTS = ("fit", "posterior")
@@ -107,7 +109,7 @@ def main() -> None:
                     runs, missing = [], None
                     for seed in range(arguments.seeds):
                         run = rows.get((part, name, method, str(seed)))
-                        if run is None and not (part == "posterior" and method in WITHOUT_POSTERIOR):
+                        if run is None and method not in LEFT_OUT[part]:
                             run = calibrate(part, PROBLEMS[name], method, seed, pythons)
                             if isinstance(run, str):
                                 missing = run
@@ -122,7 +124,7 @@ def calibrate(part: str, problem: Problem, method: str, seed: int, pythons: dict
     """One run, as a row of the results; or why there is none."""
     reference = problem.reference(seed, NOISE if part == "posterior" else 0.0)
     exact = exact_moments(problem.name, seed, NOISE) if part == "posterior" else None
-    goal = Goal(problem, reference, MOST_POSTERIOR if method == POSTERIOR else MOST, exact)
+    goal = Goal(problem, reference, MOST_POSTERIOR if method in (POSTERIOR, STOPPED) else MOST, exact)
     started = time.perf_counter()
     try:
         missing = METHODS[method](goal, seed, pythons)
@@ -135,20 +137,32 @@ def calibrate(part: str, problem: Problem, method: str, seed: int, pythons: dict
     return {field: "" if value is None else str(value) for field, value in zip(FIELDS, values)}
 
 
-def posterior_method(goal: Goal, seed: int, pythons: dict[str, str]) -> None:
-    """graincal's posterior method at its defaults; it goes on after it has settled until the goal is reached."""
+def posterior_method(goal: Goal, seed: int, pythons: dict[str, str], stops: bool = False) -> None:
+    """graincal's posterior method at its defaults; it goes on after it has settled until the goal is reached. stops: a run that is stopped early counts as
+    the part of an evaluation that was run."""
     length = INDEPENDENT if goal.exact else None
     stop = Stop(posterior_shift=False, max_iterations=False, max_evaluations=MOST_POSTERIOR)
     filter = PosteriorFilter(SPACE, goal.reference, correlation_length=length, stop=stop, seed=seed)
     enough = Stop().posterior_shift
     while not filter.finished:
-        samples = filter.ask()
-        filter.tell(samples, goal.evaluate(samples.theta))
+        samples, early_stop = filter.ask(), filter.early_stops[0] if stops else None
+        responses = goal.evaluate(samples.theta)
+        reached = [_states_run(early_stop, int(id), response) for id, response in zip(samples.ids, responses)]
+        for response, states in zip(responses, reached):
+            response[states:] = np.nan
+        goal.count -= sum(1 - states / len(STRAIN) for states in reached)
+        filter.tell(samples, responses, stopped=np.array(reached) < len(STRAIN))
         right = goal.posterior(filter.posterior.mean(), filter.posterior.std())
         if goal.settled is None and max(filter.shift(), filter.shift(1)) <= enough:
             goal.settled, goal.right = goal.count, right
         if goal.exact and goal.reached and goal.settled:
             return
+
+
+def _states_run(early_stop: EarlyStop | None, id: int, response: NDArray) -> int:
+    """How many states of a response (T, J) are run."""
+    hopeless = (states for states in range(1, len(response)) if early_stop and early_stop.hopeless(0, id, response[:states]))
+    return next(hopeless, len(response))
 
 
 def iterative_bayesian(goal: Goal, seed: int, pythons: dict[str, str]) -> None:
@@ -210,9 +224,10 @@ def peer(module: str, *options: str) -> Callable[[Goal, int, dict[str, str]], st
     return calibrate
 
 
-POSTERIOR = "graincal, posterior"
+POSTERIOR, STOPPED = "graincal, posterior", "graincal, posterior, early stop"
 METHODS: dict[str, Callable[[Goal, int, dict[str, str]], str | None]] = {
     POSTERIOR: posterior_method,
+    STOPPED: partial(posterior_method, stops=True),
     "graincal, iterative-bayesian": iterative_bayesian,
     "GrainLearning 2.0.5, best": peer("grain_learning", "settings=best"),
     "GrainLearning 2.0.5, defaults": peer("grain_learning", "settings=defaults"),
@@ -220,7 +235,8 @@ METHODS: dict[str, Callable[[Goal, int, dict[str, str]], str | None]] = {
     "Bayesian optimisation": peer("bayesian_optimisation"),
     "pyABC": peer("py_abc"),
 }
-WITHOUT_POSTERIOR = ("CMA-ES", "Bayesian optimisation")
+LEFT_OUT = {"fit": (STOPPED,), "posterior": ("CMA-ES", "Bayesian optimisation")}
+"""Methods that have no part in one: a best fit is not stopped, and looking for one gives no posterior."""
 
 
 def show(method: str, runs: list[dict[str, str]], missing: str | None) -> None:

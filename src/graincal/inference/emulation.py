@@ -86,16 +86,12 @@ def emulate(
     """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
     before: from fewer of the evaluations. cheaper: emulators of a first look at each reference."""
     unit, space = evaluations.unit, evaluations.space
-    emulators, likelihoods, first_states = [], [], []
-    for number, (reference, model, responses, scatter) in enumerate(zip(references, errors, evaluations.responses, scatters)):
-        start, below = before.emulators[number] if before else None, cheaper[number] if cheaper else None
-        whole, begun = evaluations.known(number)
-        emulator = Emulator(unit[whole], responses[whole], reference, start, space.columns(number), below, (unit[begun], responses[begun]))
-        emulator.trust(_nearness(responses[whole], reference, model))
-        added = emulator.added(scatter)
-        emulators.append(emulator)
-        likelihoods.append(ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, added))
-        first_states.append(FirstStates(reference, model, added, emulator.simulator))
+    emulators, likelihoods, first_states = zip(
+        *(
+            _learn(evaluations, number, reference, model, scatter, before and before.emulators[number], cheaper and cheaper[number])
+            for number, (reference, model, scatter) in enumerate(zip(references, errors, scatters))
+        )
+    )
 
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return emulated_log_likelihood(likelihoods, emulators, points)
@@ -117,9 +113,9 @@ def emulate(
     drawn = np.sum(evaluations.proposal >= 0)
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
     return Emulation(
-        tuple(emulators),
-        tuple(likelihoods),
-        tuple(first_states),
+        emulators,
+        likelihoods,
+        first_states,
         explored,
         Posterior(space.names, explored.theta, explored.weights),
         _best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
@@ -130,6 +126,19 @@ def emulate(
         of_runs,
         float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / max(drawn, 1)),
     )
+
+
+def _learn(
+    evaluations: Evaluations, number: int, reference: Reference, errors: ErrorModel, scatters: bool, before: Emulator | None, cheaper: Emulator | None
+) -> tuple[Emulator, ReducedLikelihood, FirstStates]:
+    """Of one experiment: the emulator, and the likelihood of what it predicts and of the first states of a run."""
+    whole, begun = evaluations.known(number)
+    unit, responses = evaluations.unit, evaluations.responses[number]
+    emulator = Emulator(unit[whole], responses[whole], reference, before, evaluations.space.columns(number), cheaper, (unit[begun], responses[begun]))
+    emulator.trust(_nearness(responses[whole], reference, errors))
+    added = emulator.added(scatters)
+    likelihood = ReducedLikelihood.of(reference, errors, emulator.centre, emulator.basis, added)
+    return emulator, likelihood, FirstStates(reference, errors, added, emulator.simulator)
 
 
 def _nearness(responses: NDArray[np.float64], reference: Reference, errors: ErrorModel) -> NDArray[np.float64]:

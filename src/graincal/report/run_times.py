@@ -83,7 +83,8 @@ def stopped_sentence(result: Result) -> str:
         states = sum(len(outcome.control) for outcome in outcomes if isinstance(outcome, Response))
         came_to.append(states / sum(len(experiment.reference.control) for experiment in result.experiments))
     dropped = result.learnt[-1].dropped
-    held = f"; together they hold at most {100 * dropped:.1g} % of the posterior's probability" if np.isfinite(dropped) else ""
+    part = "less than 0.001 %" if dropped < 1e-5 else f"at most {100 * dropped:.1g} %"
+    held = f"; together they hold {part} of the posterior's probability" if np.isfinite(dropped) else ""
     return (
         f"{numbers.count(len(came_to), 'run')} {'was' if len(came_to) == 1 else 'were'} stopped early, after {100 * np.median(came_to):.0f} % of the states in the "
         f"median, because whatever they had given from there on they could not have mattered{held}."
