@@ -212,7 +212,7 @@ class FilterSection(Section):
     first_batch: int | None = Field(None, ge=2, description="a whole number above 1")
     batch: int | None = Field(None, ge=2, description="a whole number above 1")
     ahead: int = Field(0, ge=0, description="a whole number, not negative")
-    early_stop: bool = True
+    early_stop: bool = Field(True, description="true or false")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
     first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
