@@ -17,6 +17,15 @@ MOST_DROPPED = 1e-3
 """All runs that are stopped together hold at most so much of the posterior's probability."""
 
 
+SEGMENTS = 4
+"""Of a curve: at the end of each it is seen whether a run goes on, and what it came to is learnt from."""
+
+
+def segments(states: int) -> NDArray[np.int64]:
+    """The number of the segment that each of so many states is of, (T,)."""
+    return np.arange(states) * min(SEGMENTS, states) // states
+
+
 class FirstStates:
     """What the first states of a response allow its log likelihood to be at most: that of a response which fits perfectly from there on.
 
@@ -31,6 +40,7 @@ class FirstStates:
         # State by state, unlike elsewhere: so the covariance of the first states is a leading block, and its factor one of the whole's.
         self._order = np.arange(values.size).reshape(values.shape[::-1]).T.ravel()
         self._values = values.ravel()
+        self._ends = 1 + np.flatnonzero(np.diff(segments(len(values)), append=SEGMENTS))
         self._log_prior = errors.log_prior
         own = [self._by_states(covariance + added) for covariance in errors.covariances]
         factors = [np.linalg.cholesky(covariance + self._by_states(simulator)) for covariance in own]
@@ -43,6 +53,10 @@ class FirstStates:
     def largest(self) -> float:
         """Of a response of which nothing is known."""
         return float(logsumexp(self._largest + self._log_prior))
+
+    def ends_segment(self, states: int) -> bool:
+        """Whether so many first states are whole segments."""
+        return states in self._ends
 
     def bound(self, states: NDArray[np.float64]) -> float:
         """Of a response whose first states are known, (t, J)."""
@@ -69,10 +83,11 @@ class EarlyStop:
 
     def hopeless(self, experiment: int, id: int, states: NDArray[np.float64]) -> bool:
         """Whether a sample cannot matter any more, by its first states (t, J) in one experiment, whatever it gives from there on and in the others."""
-        if id not in self.least or not np.isfinite(states).all():
+        first = self.experiments[experiment]
+        if id not in self.least or not first.ends_segment(len(states)) or not np.isfinite(states).all():
             return False
         others = sum(each.largest for number, each in enumerate(self.experiments) if number != experiment)
-        return self.experiments[experiment].bound(states) + others < self.least[id]
+        return first.bound(states) + others < self.least[id]
 
 
 def bounds(experiments: Sequence[FirstStates], responses: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 from sklearn.gaussian_process.kernels import Kernel
 
 from graincal.data import Reference
+from graincal.inference.early_stop import segments
 from graincal.inference.likelihood import ReducedLikelihood, columns
-from graincal.inference.process import JITTER, Process
+from graincal.inference.process import Process
+from graincal.inference.reduction import Reduction
 from graincal.inference.warping import even_powers, warped
-
-# Components are kept until what is left of the variance is below this part, and at most so many.
-LEFT_OUT = 1e-5
-MOST_COMPONENTS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,8 @@ class HeldOut:
 class Emulator:
     """Predicts responses over the unit cube, (T, J) each, from those of N evaluations.
 
-    Curves are scaled by the reference's peaks and reduced to q principal components. Each component is a Gaussian process (`Process`) over powers of the
+    Curves are scaled by the reference's peaks and reduced to q principal components (`Reduction`); where some evaluations were stopped, segment by segment, so that
+    what they came to is known of them as of any other. Each component is a Gaussian process (`Process`) over powers of the
     parameters (`even_powers`), with a nugget: what differs between two runs at one Theta. The nugget is in the covariance of the simulator, and not in
     the variance of the mean response. Source: Higdon et al. (2008), JASA 103.
 
@@ -71,33 +70,31 @@ class Emulator:
             self._total = max(self._total, cheaper._total)
         curves = self._varying(unit, responses, scale)
         middle = curves.mean(axis=0)
-        left, sizes, right = np.linalg.svd(curves - middle, full_matrices=False)
-        remaining = 1 - np.cumsum(sizes**2) / max(np.sum(sizes**2), 1e-300)
-        q = min(MOST_COMPONENTS, int(np.argmax(remaining < LEFT_OUT)) + 1, len(unit) - 1)
-        deviation = np.maximum(sizes[:q] / np.sqrt(len(unit)), 1e-12)
-        scores = left[:, :q] * sizes[:q] / deviation
+        some_begun = begun is not None and len(begun[0]) > 0
+        states = len(reference.control)
+        reduction = Reduction(curves - middle, np.tile(segments(states) if some_begun else np.zeros(states, dtype=np.int64), responses.shape[2]))
         self.centre = scale * middle
-        self.basis = scale[:, None] * right[:q].T * deviation
+        self.basis = scale[:, None] * reduction.basis
         if cheaper is not None:
             self.centre = self.centre + cheaper.centre
             self.basis = np.column_stack([self.basis, cheaper.basis])
-        left_out = np.mean((curves - middle - scores * deviation @ right[:q]) ** 2, axis=0)
-        self.truncation = scale**2 * left_out
-        self._complete = len(unit)
-        noise = np.zeros(scores.shape)
-        if begun is not None and len(begun[0]):
-            found = _of_first_states(self._varying(*begun, scale) - middle, curves - middle, scores, right[:q].T * deviation, left_out)
-            unit, scores, noise = np.concatenate([unit, begun[0]]), np.concatenate([scores, found[0]]), np.concatenate([noise, found[1]])
+        self.truncation = scale**2 * reduction.left_out
+        scores, self._complete = reduction.scores, len(unit)
+        if some_begun:
+            unit = np.concatenate([unit, begun[0]])
+            scores = np.concatenate([scores, reduction.of_first_segments(self._varying(*begun, scale) - middle)])
         unit = unit[:, seen]
         self._seen = seen
         self.powers = np.ones(unit.shape[1]) if start is None else start.powers
-        starts = [] if start is None else [process.kernel for process in start._processes]
-        self._processes = _processes(warped(unit, self.powers), scores, noise, starts)
+        # Kernels of the same numbers: of whole curves, or of segments.
+        self._by_segments = some_begun
+        starts = [process.kernel for process in start._processes] if start is not None and start._by_segments == some_begun else []
+        self._processes = _processes(warped(unit, self.powers), scores, starts)
         self.powers = even_powers(self._processes, unit, self.powers)
-        self._processes = _processes(warped(unit, self.powers), scores, noise, [process.kernel for process in self._processes])
-        self.inflation = np.ones(q)
+        self._processes = _processes(warped(unit, self.powers), scores, [process.kernel for process in self._processes])
+        self.inflation = np.ones(scores.shape[1])
         self.nuggets = np.array([process.nugget for process in self._processes])
-        self._size = deviation / np.sqrt(curves.shape[1])
+        self._size = np.linalg.norm(reduction.basis, axis=0) / np.sqrt(curves.shape[1])
 
     @property
     def simulator(self) -> NDArray[np.float64]:
@@ -157,8 +154,9 @@ class Emulator:
         return np.swapaxes(flat.reshape(*flat.shape[:-1], observables, -1), -1, -2)
 
     def _held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Of those that were not stopped, which come first: errors and standard deviations (N, q)."""
         errors, deviations = zip(*(process.held_out() for process in self._processes))
-        return np.column_stack(errors)[: self._complete], np.column_stack(deviations)[: self._complete]
+        return tuple(np.column_stack([each[: self._complete] for each in every]) for every in (errors, deviations))
 
     def held_out(self) -> HeldOut:
         """How it predicts each evaluation from the others, of those that were not stopped."""
@@ -166,50 +164,9 @@ class Emulator:
         return HeldOut(np.sqrt(np.sum((errors * self._size) ** 2, axis=1)) / self._total, np.abs(errors) <= 1.6449 * deviations)
 
 
-def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], noise: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
-    """One for each column of scores (N, q), with their noise (N, q), at points (N, n)."""
-    return [Process(points, score, starts[k] if k < len(starts) else None, variance) for k, (score, variance) in enumerate(zip(scores.T, noise.T))]
-
-
-def _of_first_states(
-    begun: NDArray[np.float64], complete: NDArray[np.float64], scores: NDArray[np.float64], basis: NDArray[np.float64], left_out: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """What curves (B, J T), NaN from some state on, tell of their scores: values (B, q) and the variance of each.
-
-    Beside one score the others are taken as they are over the complete curves (N, J T), whose scores (N, q) have a mean of 0 and a variance of 1; or as much
-    larger as the curve itself is, as far as it goes, for those that were stopped are far off. To the variances is added what the same states of the complete
-    curves are wrong by. All that grows once more by as much as the curve is larger: so far off, curves follow the basis less and less (where the complete
-    ones are of a seventh of each range, deviations without it are two to four times too small). And where a curve does not follow the basis (J T, q) even so far, the variance of what that leaves out (J T,) is taken
-    to be as large as is seen.
-    """
-    values, variances = np.empty((2, len(begun), basis.shape[1]))
-    known = np.isfinite(begun)
-    for states in np.unique(known, axis=0):
-        rows = np.flatnonzero((known == states).all(axis=1))
-        first, floor = basis[states], np.maximum(left_out[states], JITTER)
-        wrong = np.mean((_score(complete[:, states], first, floor)[0] - scores) ** 2, axis=0)
-        for row in rows:
-            curve = begun[row, states]
-            white = first / np.sqrt(floor)[:, None]
-            missed = curve / np.sqrt(floor) - white @ np.linalg.lstsq(white, curve / np.sqrt(floor), rcond=None)[0]
-            excess = max(1.0, np.sum(missed**2) / max(len(curve) - first.shape[1], 1))
-            (found,), _, owed = _score(curve[None], first, excess * floor)
-            # What the mean of scores of variance 1 squares to on average is what the curve tells of them.
-            size = np.sqrt(max(1.0, np.sum((owed * found) ** 2) / np.sum(owed)))
-            (found,), variance, _ = _score(curve[None], size * first, excess * floor)
-            values[row], variances[row] = size * found, size**4 * (variance + wrong)
-    return values, variances
-
-
-def _score(
-    curves: NDArray[np.float64], basis: NDArray[np.float64], left_out: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """The most probable scores (N, q) of curves (N, K), the variance of each (q,), the others being of variance 1, and how much a curve tells of it (q,), 0 to 1."""
-    weighted = basis / left_out[:, None]
-    covariance = np.linalg.inv(np.eye(basis.shape[1]) + basis.T @ weighted)
-    # The posterior of a score, with a prior of variance 1, is that of what the curve tells of it: which of the two it owes to what is seen here.
-    owed = np.maximum(1 - np.diag(covariance), JITTER)
-    return curves @ weighted @ covariance / owed, np.diag(covariance) / owed, owed
+def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
+    """One for each column of scores (N, q) at points (N, n)."""
+    return [Process(points, score, starts[k] if k < len(starts) else None) for k, score in enumerate(scores.T)]
 
 
 def emulated_log_likelihood(likelihoods: Sequence[ReducedLikelihood], emulators: Sequence[Emulator], unit: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,15 +24,15 @@ JITTER = 1e-10
 class Process:
     """Values (N,) at points (N, n), by a Matern 3/2 kernel with a length for each parameter and a nugget: what differs between two values at one point."""
 
-    def __init__(self, unit: NDArray[np.float64], values: NDArray[np.float64], start: Kernel | None = None, noise: NDArray[np.float64] | float = 0.0) -> None:
-        """start: a kernel to begin the search for the most probable one at. noise (N,): variances of the values beside the nugget, where they are known
-        less well than the others."""
+    def __init__(self, unit: NDArray[np.float64], values: NDArray[np.float64], start: Kernel | None = None) -> None:
+        """start: a kernel to begin the search for the most probable one at. Values that are NaN are not known, and left out with their points."""
+        self._known = np.isfinite(values)
+        unit, values = unit[self._known], values[self._known]
         size = unit.shape[1]
         kernel = ConstantKernel(1.0, (1e-2, 1e3)) * Matern(np.ones(size), (5e-2, 1e2), nu=SMOOTHNESS) + WhiteKernel(1e-2, (1e-7, 1.0))
         if start is not None:
             kernel.theta = start.theta
-        self._noise = JITTER + noise
-        process = GaussianProcessRegressor(kernel, alpha=self._noise, optimizer=_most_probable)
+        process = GaussianProcessRegressor(kernel, alpha=JITTER, optimizer=_most_probable)
         with threadpool_limits(1), warnings.catch_warnings():
             # A length at the end of its range says that a parameter does not matter.
             warnings.simplefilter("ignore", ConvergenceWarning)
@@ -65,14 +65,15 @@ class Process:
         return rng.standard_normal((count, len(unit))) * np.sqrt(np.maximum(values, 0)) @ vectors.T
 
     def held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """How far each value is from its prediction by the others (N,), and the standard deviation of that, nugget included. Source: Rasmussen and Williams (2006), Eq. 5.12."""
+        """How far each value that is known is from its prediction by the others (N,), and the standard deviation of that, nugget included. Source: Rasmussen and Williams (2006), Eq. 5.12."""
         precision = np.sum(self._inverse**2, axis=0)
         return self._solved / precision, 1 / np.sqrt(precision)
 
     def log_likelihood(self, unit: NDArray[np.float64]) -> float:
         """Of the values if they were at other points (N, n), but for a constant."""
+        unit = unit[self._known]
         covariance = self.covariance(unit, unit)
-        covariance[np.diag_indices(len(unit))] = self._variance + self.nugget + self._noise
+        covariance[np.diag_indices(len(unit))] = self._variance + self.nugget + JITTER
         factor = np.linalg.cholesky(covariance)
         return float(-0.5 * np.sum(solve_triangular(factor, self.values, lower=True) ** 2) - np.log(np.diag(factor)).sum())
 
