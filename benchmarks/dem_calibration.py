@@ -5,7 +5,7 @@
 Three references, of other parameters and packings each, drained to 20 % of axial strain at 0.5 MPa: one on the calibration's own packing (at another density
 scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
 parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method is
-through when their mean error is at most 1.2 times the floor. Those three are not counted; runs that the posterior method stops early are. "posterior, first look" begins with a calibration of the same
+through when their mean error is at most 1.2 times the floor. Those three are not counted; runs that "posterior, early stop" stops are. "posterior, first look" begins with a calibration of the same
 reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. Finished calibrations are kept in the file of results
 and not run again.
 """
@@ -33,7 +33,7 @@ OBSERVABLES = ("stress_ratio", "volumetric_strain")
 TRUTHS = {"own packing": (8.72, 0.227, 28.1, 0.079, 0.569), "other packing": (8.0, 0.3, 38.0, 0.3, 0.4), "prepared packing": (9.4, 0.15, 22.0, 0.2, 0.6)}
 CONFINING_PRESSURE = 0.5e6
 
-METHODS = ("posterior", "posterior, first look", "iterative-bayesian")
+METHODS = ("posterior", "posterior, first look", "posterior, early stop", "iterative-bayesian")
 LOOK = {"first_batch": 60, "batch": 20, "stop": Stop(max_evaluations=160, max_iterations=False, posterior_shift=False)}
 
 # What a curve of a simulation is read to, of its peak: its own scatter is the simulator's, which the posterior learns.
@@ -99,7 +99,7 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
     evaluations, failures, stopped, seconds, particle_steps, through, last = 0, 0, 0, 0.0, 0.0, None, float("nan")
     if method.startswith("posterior"):
         look = None
-        if method != "posterior":
+        if method == "posterior, first look":
             cheap = _test(prepare(250, 0.68))
             filter = PosteriorFilter(SPACE, reference, seed=seed, **LOOK)
             while not filter.finished:
@@ -108,7 +108,7 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
             usable = filter.evaluations.usable
             look = FirstLook(filter.evaluations.theta[usable], (filter.evaluations.responses[0][usable],))
         limits = Stop(max_evaluations=arguments.max_evaluations, max_iterations=False)
-        filter = PosteriorFilter(SPACE, reference, seed=seed, first_look=look, stop=limits)
+        filter = PosteriorFilter(SPACE, reference, seed=seed, first_look=look, stop=limits, early_stop=method == "posterior, early stop")
     else:
         only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=arguments.max_iterations)
         filter = IterativeBayesianFilter(SPACE, reference, seed=seed, stop=only_s)

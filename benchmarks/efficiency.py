@@ -142,7 +142,7 @@ def posterior_method(goal: Goal, seed: int, pythons: dict[str, str], stops: bool
     the part of an evaluation that was run."""
     length = INDEPENDENT if goal.exact else None
     stop = Stop(posterior_shift=False, max_iterations=False, max_evaluations=MOST_POSTERIOR)
-    filter = PosteriorFilter(SPACE, goal.reference, correlation_length=length, stop=stop, seed=seed)
+    filter = PosteriorFilter(SPACE, goal.reference, correlation_length=length, stop=stop, seed=seed, early_stop=stops)
     enough = Stop().posterior_shift
     while not filter.finished:
         samples, early_stop = filter.ask(), filter.early_stops[0] if stops else None

@@ -19,7 +19,7 @@ from .test_posterior_emulated import BOX, measured, test_curves
 pytestmark = pytest.mark.usefixtures("fewer_draws")
 
 TRUTH = np.array([0.6, 0.4, 0.7, 0.3])
-SIXTY = Stop(posterior_shift=False, max_iterations=False, max_evaluations=60)
+FORTY = Stop(posterior_shift=False, max_iterations=False, max_evaluations=43)
 
 
 def first_states(reference, errors, simulator=0.0):
@@ -140,7 +140,7 @@ def test_first_segments_have_the_scores_of_the_whole_curve():
 
 def test_a_linear_model_keeps_its_gaussian_posterior():
     case = linear_case(0.05)
-    filter = PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, stop=SIXTY)
+    filter = PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, stop=FORTY, early_stop=True)
     share = run(filter, curves)
     assert share < 1 and filter.evaluations.stopped.any()
     assert np.all(np.abs(filter.posterior.mean() - case.mean) <= 0.25 * case.deviation)
@@ -153,7 +153,7 @@ def test_a_linear_model_keeps_its_gaussian_posterior():
 def test_what_is_dropped_is_what_it_would_have_weighed_at_most():
     # Run to their ends, the stopped samples have less of the posterior than was allowed them.
     reference = measured(TRUTH)
-    filter = PosteriorFilter(BOX, reference, correlation_length=0.001, stop=SIXTY)
+    filter = PosteriorFilter(BOX, reference, correlation_length=0.001, stop=FORTY, early_stop=True)
     run(filter, test_curves)
     stopped = filter.evaluations.stopped
     assert stopped.sum() > 5
@@ -166,7 +166,7 @@ def test_what_is_dropped_is_what_it_would_have_weighed_at_most():
 
 
 def test_the_first_batch_the_answer_and_its_runs_are_never_stopped():
-    filter = PosteriorFilter(BOX, measured(TRUTH), correlation_length=0.001, stop=Stop(posterior_shift=False, max_iterations=4))
+    filter = PosteriorFilter(BOX, measured(TRUTH), correlation_length=0.001, stop=Stop(posterior_shift=False, max_iterations=4), early_stop=True)
     run(filter, test_curves)
     stopped = [iteration.stopped for iteration in filter.iterations]
     assert not stopped[0].any() and not any(each[-1] for each in stopped) and not stopped[-1].any()
@@ -177,8 +177,8 @@ def test_the_first_batch_the_answer_and_its_runs_are_never_stopped():
         assert iteration.smallest_error == iteration.errors[iteration.complete].min()
 
 
-def test_nothing_is_stopped_where_that_is_switched_off():
-    filter = PosteriorFilter(BOX, measured(TRUTH), correlation_length=0.001, stop=Stop(posterior_shift=False, max_iterations=3), early_stop=False)
+def test_nothing_is_stopped_unless_that_is_asked_for():
+    filter = PosteriorFilter(BOX, measured(TRUTH), correlation_length=0.001, stop=Stop(posterior_shift=False, max_iterations=3))
     assert run(filter, test_curves) == 1 and filter.emulation.dropped == 0
 
 

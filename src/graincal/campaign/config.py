@@ -212,7 +212,7 @@ class FilterSection(Section):
     first_batch: int | None = Field(None, ge=2, description="a whole number above 1")
     batch: int | None = Field(None, ge=2, description="a whole number above 1")
     ahead: int = Field(0, ge=0, description="a whole number, not negative")
-    early_stop: bool = Field(True, description="true or false")
+    early_stop: bool = Field(False, description="true or false")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
     first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
@@ -230,7 +230,7 @@ class LookSection(Section):
         return replace(
             calibration,
             experiments=[self._cheaper(experiment, entry, folder) for experiment, entry in zip(calibration.experiments, entries)],
-            filter_options={"first_batch": min(12 * n, most // 2), "batch": min(4 * n, max(2, most // 6)), "early_stop": False} | kept,
+            filter_options={"first_batch": min(12 * n, most // 2), "batch": min(4 * n, max(2, most // 6))} | kept,
             stop=Stop(posterior_shift=False, max_iterations=False, max_evaluations=most),
             source="",
             truth={},

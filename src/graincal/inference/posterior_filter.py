@@ -71,7 +71,7 @@ class PosteriorFilter(AskTellFilter):
         correlation_length: float | None = None,
         discrepancy: bool = False,
         emulator: bool = True,
-        early_stop: bool = True,
+        early_stop: bool = False,
         scatters: Sequence[bool] | None = None,
         first_look: FirstLook | None = None,
         stop: Stop = Stop(),

@@ -187,7 +187,7 @@ def _settings(calibration: Calibration) -> dict[str, str]:
             "first batch": str(used.first_batch),
             "batch": str(used.batch),
             **({"ahead": str(used.ahead)} if used.ahead else {}),
-            **({} if used.early_stop else {"early stop": "none"}),
+            **({"early stop": "of runs that cannot matter"} if used.early_stop else {}),
             "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
             "discrepancy": "marginalised" if calibration.filter_options.get("discrepancy") else "none",
         }
