@@ -82,7 +82,7 @@ def test_other_failures_are_not():
         tell = staticmethod(lambda *arguments: told.extend(arguments))
 
     tell(Recorder(), samples, store, store.calibration.experiments)
-    _, (responses,), failed, infeasible = told
+    _, (responses,), failed, infeasible, stopped = told
     assert list(failed) == [True, True, False] and list(infeasible) == [False, True, False]
     assert np.isnan(responses[:2]).all() and np.isfinite(responses[2]).all()
 

@@ -68,7 +68,7 @@ def test_samples_and_outcomes_come_back_bit_for_bit(store):
     assert failure == Failure("diverged", "it ran away.", {"seconds": 2.5})
     assert store.outcome(samples.ids[2], 0) is None
     assert len(store.waiting(0, 0)) == len(samples) - 2
-    assert store.counts() == {"samples": len(samples), "evaluated": 2, "failed": 1}
+    assert store.counts() == {"samples": len(samples), "evaluated": 2, "failed": 1, "stopped": 0}
 
 
 def test_other_samples_under_the_same_ids_are_refused(store):

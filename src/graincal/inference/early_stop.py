@@ -16,7 +16,6 @@ from graincal.inference.error_model import ErrorModel
 MOST_DROPPED = 1e-3
 """All runs that are stopped together hold at most so much of the posterior's probability."""
 
-
 SEGMENTS = 4
 """Of a curve: at the end of each it is seen whether a run goes on, and what it came to is learnt from."""
 
@@ -29,8 +28,9 @@ def segments(states: int) -> NDArray[np.int64]:
 class FirstStates:
     """What the first states of a response allow its log likelihood to be at most: that of a response which fits perfectly from there on.
 
-    It is a bound as far as the simulator's scatter is known, which few runs tell little of. The likelihood is a product over the states of the probability of each given those before it. What is known of a run's first states makes the first
-    of these factors; the others are at most what they are for a state exactly where those before it lead one to expect it.
+    The likelihood is a product over the states of the probability of each given those before it. What is known of a run's first states makes the first
+    of these factors; the others are at most what they are for a state exactly where those before it lead one to expect it. It is a bound as far as the
+    simulator's scatter is known, of which few runs tell little.
     """
 
     def __init__(self, reference: Reference, errors: ErrorModel, added: NDArray[np.float64], simulator: NDArray[np.float64]) -> None:
