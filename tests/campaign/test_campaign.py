@@ -65,6 +65,19 @@ def test_failures_are_outcomes(result):
     assert result.iterations[0].final_weights[impossible[:20]].sum() == 0
 
 
+def test_a_quantity_that_only_some_responses_have_is_nothing_to_the_others():
+    def respond_and_sometimes_more(theta):
+        found = respond(theta)
+        return found if theta[0] < 0.5 else {name: found[name] for name in ("stress_ratio", "volumetric_strain")} | {"more": STRAIN}
+
+    found = gc.calibrate(gc.PythonModel(respond_and_sometimes_more), reference(), SPACE, method="sequential-monte-carlo", seed=4, workers=1)
+    curves = found.responses(iteration=0)
+    (last,) = set(curves) & {"void_ratio", "more"}
+    has = np.array([isinstance(outcome := found.response(int(id)), gc.Response) and last in outcome.values for id in found.ids])
+    np.testing.assert_array_equal(np.isfinite(curves[last]).all(axis=1), has)
+    assert 0 < has.sum() < len(has)
+
+
 def test_responses_hold_every_quantity_that_the_model_returned(result):
     best = result.response(result.best.sample)
     np.testing.assert_array_equal(best.values["void_ratio"], respond(result.best.theta)["void_ratio"])

@@ -98,7 +98,7 @@ def test_it_is_said_wherever_runs_are_counted(watched, tmp_path):
     samples = next(path for path in export_csv(result, tmp_path) if path.name == "samples.csv").read_text().splitlines()
     assert samples[0].endswith(",stopped") and sum(line.endswith(",1") for line in samples[1:]) == count
     report = result.report(tmp_path / "report.html").read_text()
-    assert f"{count} runs were stopped early" in report and "of the posterior&#x27;s probability" in report or "of the posterior's probability" in report
+    assert f"{count} run{'s were' if count > 1 else ' was'} stopped early" in report and "of the posterior's probability" in report
     json.dumps(found)
 
 

@@ -219,8 +219,8 @@ class Result:
         states = len(self.experiments[self.number(experiment)].reference.control)
         found = {name: np.full((len(outcomes), states), np.nan) for name in names}
         for row, outcome in enumerate(outcomes):
-            for name, values in outcome.values.items() if isinstance(outcome, Response) else ():
-                found[name][row, : len(values)] = values
+            for name in found.keys() & outcome.values.keys() if isinstance(outcome, Response) else ():
+                found[name][row, : len(outcome.values[name])] = outcome.values[name]
         return found
 
     def mean_response(self, answer: Answer, experiment: int | str = 0) -> Response | None:

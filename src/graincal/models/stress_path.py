@@ -97,6 +97,7 @@ class StressPathTest(Economy, ABC):
     shown: ClassVar[tuple[Panel, ...]] = (Panel("stress_ratio"), Panel("volumetric_strain"))
     """The panels of a figure."""
     can_be_watched: ClassVar[bool] = True
+    """That `evaluate` and `one_by_one` take a watch."""
     optional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be None."""
 
