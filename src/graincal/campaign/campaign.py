@@ -47,7 +47,9 @@ class Campaign:
         if getattr(filter, "ahead", 0):
             # Evaluations in threads go on while the filter limits the threads of linear algebra, which holds for all of a process: their last digits
             # would depend on when they run, if it did not hold all the time.
-            with threadpool_limits(1), closing(Workers(self.calibration.experiments, self.calibration.number_of_workers)) as workers:
+            with threadpool_limits(1), closing(
+                Workers(self.calibration.experiments, self.calibration.number_of_workers, filter.early_stop)
+            ) as workers:
                 try:
                     return self._run(filter, workers)
                 finally:

@@ -36,9 +36,10 @@ class Task(NamedTuple):
 class Workers:
     """Threads, `count` of them at most, each with one evaluation at a time; they do not stop while whoever is told an outcome thinks about it."""
 
-    def __init__(self, experiments: Sequence[Experiment], count: int) -> None:
+    def __init__(self, experiments: Sequence[Experiment], count: int, stops_early: bool) -> None:
+        """stops_early: whether runs may be stopped (`give`): otherwise their states are not looked at."""
         self._experiments = experiments
-        self._models = [experiment.one_by_one(partial(self._hopeless, number)) for number, experiment in enumerate(experiments)]
+        self._models = [experiment.one_by_one(partial(self._hopeless, number) if stops_early else None) for number, experiment in enumerate(experiments)]
         # What waits in an executor's queue is no work of this machine's.
         self._most = inf if all(model.queues for model in self._models) else count
         self._samples: dict[int, Samples] = {}
