@@ -22,13 +22,14 @@ def drained_triaxial(theta, confining_pressure):
 def experiment(confining_pressure):
     """What a laboratory would have measured, and the model of that test."""
     measured = drained_triaxial([7.4, 34.0], confining_pressure)["stress_ratio"]
-    reference = gc.Reference(AXIAL_STRAIN, {"stress_ratio": np.round(measured, 2)})
+    errors = {"stress_ratio": gc.MeasurementError(absolute=0.02, step=0.01)}
+    reference = gc.Reference(AXIAL_STRAIN, {"stress_ratio": np.round(measured, 2)}, measurement_errors=errors)
     model = gc.PythonModel(lambda theta: drained_triaxial(theta, confining_pressure))
     return gc.Experiment(f"{confining_pressure / 1e3:.0f} kPa", model, reference)
 
 
 space = gc.ParameterSpace({"log_stiffness": (6, 9), "friction_angle": (20, 50)}, units={"log_stiffness": "log10 Pa", "friction_angle": "deg"})
-result = gc.calibrate([experiment(100e3), experiment(400e3)], space=space, stop=gc.Stop(s=False, error=0.5), seed=1)
+result = gc.calibrate([experiment(100e3), experiment(400e3)], space=space, seed=1)
 
 print(result.stopped_because)
 for name, mean, spread in zip(space.names, result.posterior.mean(), result.posterior.std()):

@@ -45,6 +45,7 @@ observables = { stress_ratio = { variance_share = 0.5 }, volumetric_strain = { v
 model       = { kind = "python", function = "soil:respond" }
 
 [filter]
+method = "iterative-bayesian"
 alpha = 10
 
 [stop]
@@ -58,6 +59,10 @@ error_increment = false
 workers = 1
 seed = 3
 """
+
+THE_PAPERS = 'method = "iterative-bayesian"\nalpha = 10'
+"""Its filter, in the place of which another may stand."""
+
 
 def write_calibration(folder, *replacements):
     """A calibration file, its reference and its model in a folder; each replacement is (old, new). Returns the file's path."""

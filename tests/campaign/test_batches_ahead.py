@@ -14,7 +14,7 @@ import graincal as gc
 from graincal.campaign.config import read_calibration
 from graincal.campaign.status import status
 
-from .hyperbola import SPACE, STRAIN, respond, write_calibration
+from .hyperbola import SPACE, STRAIN, THE_PAPERS, respond, write_calibration
 from .test_campaign import assert_same
 from .test_posterior_campaign import infeasible, measured
 
@@ -212,7 +212,7 @@ def test_what_a_model_raises_ends_the_campaign():
 
 
 def test_the_file_says_how_many_batches(tmp_path):
-    option = ("alpha = 10", 'method = "posterior"\nahead = 1')
+    option = (THE_PAPERS, 'method = "posterior"\nahead = 1')
     stop = ("s = false\ngl_error_increment = false\nerror = false\nerror_increment = false", "")
     assert read_calibration(write_calibration(tmp_path, option, stop)).new_filter().ahead == 1
     with pytest.raises(gc.InputError, match=r"filter.ahead must be a whole number, not negative, not -1\.$"):

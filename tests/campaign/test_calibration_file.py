@@ -13,7 +13,7 @@ from graincal.cli.comparison import read_comparison
 from graincal.data import MeasurementError
 from graincal.inference import PosteriorFilter
 
-from .hyperbola import STRAIN, reference, write_calibration
+from .hyperbola import STRAIN, THE_PAPERS, reference, write_calibration
 
 ENTRY = 'model       = { kind = "python", function = "soil:respond" }'
 SHARES = "{ stress_ratio = { variance_share = 0.5 }, volumetric_strain = { variance_share = 0.5 } }"
@@ -35,12 +35,15 @@ def test_a_time_out_is_kept_with_the_campaign(tmp_path):
     assert Store.create(calibration).calibration.experiments[0].model.timeout == 90
 
 
-def test_sections_that_are_left_out_have_the_paper_s_defaults(tmp_path):
+def test_sections_that_are_left_out_have_their_defaults(tmp_path):
     path = write_calibration(tmp_path)
     path.write_text(path.read_text().split("[filter]")[0])
     calibration = read_calibration(path)
-    assert calibration.stop.s == 0.01 and calibration.stop.max_iterations == 20 and calibration.seed == 1 and calibration.workers == "all"
-    assert calibration.new_filter().samples_per_iteration == 20
+    assert calibration.method == "posterior" and calibration.stop.posterior_shift == 0.25
+    assert calibration.seed == 1 and calibration.workers == "all" and len(calibration.new_filter().ask()) == 8
+    path.write_text(path.read_text() + '[filter]\nmethod = "iterative-bayesian"\n')
+    calibration = read_calibration(path)
+    assert calibration.stop.s == 0.01 and calibration.stop.most_iterations == 20 and calibration.new_filter().samples_per_iteration == 20
 
 
 def test_measurement_errors_are_kept_in_a_laboratory_s_terms(tmp_path):
@@ -55,7 +58,7 @@ def test_measurement_errors_are_kept_in_a_laboratory_s_terms(tmp_path):
 
 def test_the_posterior_has_its_own_keys(tmp_path):
     keys = 'method = "posterior"\nfirst_batch = 12\nbatch = 6\ncorrelation_length = 0.1\ndiscrepancy = true'
-    given = read_calibration(write_calibration(tmp_path, ("alpha = 10", keys), ("= 3\ns", "= 3\nposterior_shift = 0.1\ns")))
+    given = read_calibration(write_calibration(tmp_path, (THE_PAPERS, keys), ("= 3\ns", "= 3\nposterior_shift = 0.1\ns")))
     for calibration in (given, Store.create(given).calibration):
         filter = calibration.new_filter()
         assert isinstance(filter, PosteriorFilter) and (len(filter.ask()), filter.batch, filter.stop.posterior_shift) == (12, 6, 0.1)
@@ -110,7 +113,7 @@ def write_triaxial(folder, *replacements):
     ("old", "new", "sentence"),
     [
         ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, correlation_length, discrepancy, first_look was expected."),
-        ("alpha = 10", 'method = "posterior"\nalpha = 10', 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, ahead, early_stop, correlation_length, discrepancy was expected.'),
+        (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, ahead, early_stop, correlation_length, discrepancy was expected.'),
         ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance was expected.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("alpha = 10", "early_stop = 1", "filter.early_stop must be true or false, not 1."),
@@ -140,7 +143,7 @@ def write_triaxial(folder, *replacements):
         ("= 3\ns", "= 3\nmax_evaluations = 5\ns", "stop.max_evaluations = 5 does not hold one iteration of 20 samples: raise it, or lower filter.alpha."),
         ("workers = 1", "workers = 0", 'run.workers must be a whole number above 0, or "all", not 0.'),
         ("seed = 3", "seed = -3", "run.seed must be a whole number, not negative, not -3."),
-        ("alpha = 10", "alpha =", "this is not TOML, Invalid value (at line 13, column 8)."),
+        ("alpha = 10", "alpha =", "this is not TOML, Invalid value (at line 14, column 8)."),
     ],
 )
 def test_a_mistake_is_one_sentence_that_names_file_key_and_expectation(tmp_path, old, new, sentence):

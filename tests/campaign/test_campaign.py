@@ -20,7 +20,7 @@ STOP = gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=F
 
 
 def calibrate(**options):
-    return gc.calibrate(model(), reference(), SPACE, **{"seed": 4, "stop": STOP, "workers": 2} | options)
+    return gc.calibrate(model(), reference(), SPACE, **{"method": "iterative-bayesian", "seed": 4, "stop": STOP, "workers": 2} | options)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_neither_workers_nor_folder_nor_executor_change_the_result(result, tmp_p
     assert_same(result, calibrate(workers=1))
     assert_same(result, calibrate(folder=tmp_path / "new" / "campaign"))
     with ThreadPoolExecutor(2) as executor:
-        assert_same(result, gc.calibrate(gc.PythonModel(respond, executor=executor), reference(), SPACE, seed=4, stop=STOP))
+        assert_same(result, gc.calibrate(gc.PythonModel(respond, executor=executor), reference(), SPACE, method="iterative-bayesian", seed=4, stop=STOP))
 
 
 def test_the_result_knows_the_model_that_was_handed_over(result):
@@ -122,7 +122,7 @@ def test_a_function_that_interrupts_costs_only_what_is_under_way(result, tmp_pat
         return respond(theta)
 
     with pytest.raises(KeyboardInterrupt):
-        gc.calibrate(gc.PythonModel(interrupts), reference(), SPACE, seed=4, stop=STOP, workers=1, folder=tmp_path)
+        gc.calibrate(gc.PythonModel(interrupts), reference(), SPACE, method="iterative-bayesian", seed=4, stop=STOP, workers=1, folder=tmp_path)
     assert Store.open(tmp_path).counts()["evaluated"] == 26
     with pytest.raises(gc.InputError, match="was handed over in Python"):
         gc.resume(tmp_path)
@@ -143,7 +143,7 @@ def test_several_experiments_share_their_parameters(tmp_path):
         gc.Experiment("stress alone", model(), reference(names=("stress_ratio",))),
         gc.Experiment("volume alone", gc.PythonModel(second), reference(names=("volumetric_strain",))),
     ]
-    result = gc.calibrate(experiments, space=SPACE, seed=4, stop=STOP, folder=tmp_path)
+    result = gc.calibrate(experiments, space=SPACE, method="iterative-bayesian", seed=4, stop=STOP, folder=tmp_path)
     np.testing.assert_allclose(result.best.theta, TRUTH, atol=0.1)
     assert result.observable_errors.shape == (60, 2) and result.seconds.shape == (60, 2)
     assert result.iterations[0].weights.shape == (2 * len(STRAIN), 20)
@@ -158,7 +158,7 @@ def test_several_experiments_share_their_parameters(tmp_path):
 def test_a_model_on_another_control_is_interpolated():
     fine = np.linspace(-0.1, 0.5, 1201)
     line = gc.PythonModel(lambda theta: {"y": theta[0] * fine}, control=fine)
-    result = gc.calibrate(line, gc.Reference([0.0, 0.1234], {"y": [0.0, 0.5 * 0.1234]}), gc.ParameterSpace({"a": (0, 1)}), stop=gc.Stop(max_iterations=1))
+    result = gc.calibrate(line, gc.Reference([0.0, 0.1234], {"y": [0.0, 0.5 * 0.1234]}), gc.ParameterSpace({"a": (0, 1)}), method="iterative-bayesian", stop=gc.Stop(max_iterations=1))
     np.testing.assert_allclose(result.response(0).values["y"], result.samples[0] * [0.0, 0.1234])
 
 
@@ -176,7 +176,7 @@ def test_a_model_on_another_control_is_interpolated():
     ],
 )
 def test_what_cannot_be_calibrated_is_said(change, said):
-    options = {"model": model(), "reference": reference(), "space": SPACE} | change
+    options = {"model": model(), "reference": reference(), "space": SPACE, "method": "iterative-bayesian"} | change
     with pytest.raises(gc.InputError, match=said):
         gc.calibrate(**options)
 
@@ -200,7 +200,7 @@ def test_a_campaign_whose_evaluations_all_fail_ends_with_the_reason():
     def never(theta):
         raise RuntimeError("never")
 
-    result = gc.calibrate(gc.PythonModel(never), reference(), SPACE)
+    result = gc.calibrate(gc.PythonModel(never), reference(), SPACE, method="iterative-bayesian")
     assert result.stopped_by == "failures" and result.best is None and result.posterior is None and result.most_probable is None
 
 
@@ -253,7 +253,7 @@ def test_two_processes_do_not_run_one_campaign(tmp_path):
 
 
 def test_a_resume_with_something_else_says_so(tmp_path):
-    store = Store.create(gc.campaign.Calibration(SPACE, [gc.Experiment("x", model(), reference())], stop=STOP), tmp_path)
+    store = Store.create(gc.campaign.Calibration(SPACE, [gc.Experiment("x", model(), reference())], "iterative-bayesian", stop=STOP), tmp_path)
     changed = store.provenance | {"instruction set": "abacus"}
     store._rows("UPDATE meta SET value = ? WHERE key = 'provenance'", json.dumps(changed))
     store.close()
@@ -308,7 +308,7 @@ def test_an_end_that_no_criterion_makes_is_one(tmp_path):
     with pytest.raises(gc.InputError, match="at its end, by sequential-monte-carlo and max_iterations, and no criterion of stopping changes that"):
         gc.resume(tmp_path / "one", model(), max_iterations=9)
     never = gc.PythonModel(lambda theta: 1 / 0)
-    gc.calibrate(never, reference(), SPACE, folder=tmp_path / "all failed")
+    gc.calibrate(never, reference(), SPACE, method="iterative-bayesian", folder=tmp_path / "all failed")
     with pytest.raises(gc.InputError, match="at its end, by iterative-bayesian and failures"):
         gc.resume(tmp_path / "all failed", never, max_iterations=90)
 
@@ -331,7 +331,7 @@ def run(folder, workers):
     if holds_campaign(folder):
         gc.resume(folder, gc.PythonModel(slow))
     else:
-        gc.calibrate(gc.PythonModel(slow), reference(), SPACE, seed=4, stop=STOP, folder=folder, workers=workers)
+        gc.calibrate(gc.PythonModel(slow), reference(), SPACE, method="iterative-bayesian", seed=4, stop=STOP, folder=folder, workers=workers)
 
 folder, workers, *instants = Path(sys.argv[1]), int(sys.argv[2]), *map(float, sys.argv[3:])
 for seconds in [*instants, None]:

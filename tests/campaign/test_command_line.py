@@ -76,7 +76,7 @@ def test_a_calibration_says_what_it_found(call, tmp_path):
     # What runs in processes from a file is what runs on threads from Python.
     stop = gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=2)
     space = gc.ParameterSpace({"strength": (0, 1), "dilatancy": (0, 1)})
-    expected = gc.calibrate(gc.PythonModel(respond), reference(), space, seed=4, stop=stop)
+    expected = gc.calibrate(gc.PythonModel(respond), reference(), space, method="iterative-bayesian", seed=4, stop=stop)
     np.testing.assert_array_equal(gc.Result.read(tmp_path / "campaign").iterations[1].weights, expected.iterations[1].weights)
 
 

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("fewer_draws")
 LIMITS = {"stress_ratio": 0.05, "volumetric_strain": 2e-4}
 TRUTH = np.array([0.6, 0.4])
 FEW = {"method": "posterior", "seed": 4, "workers": 1}
-POSTERIOR = ('[filter]\nalpha = 10\n\n[stop]\nmax_iterations = 3\ns = false\ngl_error_increment = false\nerror = false\nerror_increment = false',
+POSTERIOR = ('[filter]\nmethod = "iterative-bayesian"\nalpha = 10\n\n[stop]\nmax_iterations = 3\ns = false\ngl_error_increment = false\nerror = false\nerror_increment = false',
              '[filter]\nmethod = "posterior"\nfirst_look = "look"\n\n[stop]\nmax_iterations = 2')  # fmt: skip
 
 

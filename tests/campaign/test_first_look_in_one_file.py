@@ -19,7 +19,7 @@ from .test_campaign import assert_same
 pytestmark = pytest.mark.usefixtures("fewer_draws")
 
 ASKED = (
-    '[filter]\nalpha = 10\n\n[stop]\nmax_iterations = 3\ns = false\ngl_error_increment = false\nerror = false\nerror_increment = false',
+    '[filter]\nmethod = "iterative-bayesian"\nalpha = 10\n\n[stop]\nmax_iterations = 3\ns = false\ngl_error_increment = false\nerror = false\nerror_increment = false',
     '[filter]\nmethod = "posterior"\ncorrelation_length = 0.1\n\n[first_look]\nmodel = { function = "soil:weaker" }\nmax_evaluations = 20\n\n[stop]\nmax_iterations = 1',
 )  # fmt: skip
 CHEAPER = """

@@ -28,7 +28,7 @@ SPACE = gc.ParameterSpace({"strength": (0, 1), "dilatancy": (0, 1)}, per_experim
 NAMES = ("strength (0.5 MPa)", "strength (1 MPa)", "dilatancy")
 TRUTH = np.array([0.6, 0.35, 0.4])
 LIMITS = {"stress_ratio": 0.05, "volumetric_strain": 2e-4}
-ITERATIVE = {"stop": gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=3)}
+ITERATIVE = {"method": "iterative-bayesian", "stop": gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=3)}
 POSTERIOR = {"method": "posterior", "stop": gc.Stop(max_iterations=2)}
 
 

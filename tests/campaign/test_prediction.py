@@ -14,7 +14,7 @@ from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 
 @pytest.fixture(scope="module")
 def result():
-    return calibrate(model(), reference(), SPACE, seed=1, workers=1, stop=Stop(max_iterations=4))
+    return calibrate(model(), reference(), SPACE, method="iterative-bayesian", seed=1, workers=1, stop=Stop(max_iterations=4))
 
 
 def test_the_mean_of_a_prediction_is_near_the_truth(result):

@@ -16,7 +16,7 @@ from .test_calibration_file import write_triaxial
 
 def calibration(**changes):
     options = {"filter_options": {"alpha": 10, "scale": "pointwise"}, "stop": Stop(s=False, max_iterations=2), "seed": 7, "workers": 1} | changes
-    return Calibration(SPACE, [Experiment("drained", model(), reference())], **options)
+    return Calibration(SPACE, [Experiment("drained", model(), reference())], **{"method": "iterative-bayesian"} | options)
 
 
 @pytest.fixture(params=["folder", "memory"])

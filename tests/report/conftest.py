@@ -21,6 +21,7 @@ def two_experiments():
     return gc.calibrate(
         [gc.Experiment("stiff", gc.PythonModel(soil.respond), soil.reference()), gc.Experiment("soft", soft, soil.reference(0.03))],
         space=soil.SPACE,
+        method="iterative-bayesian",
         stop=soil.STOP,
         seed=3,
         workers=1,
@@ -36,12 +37,12 @@ def without_weights():
             raise ArithmeticError("never")
         return soil.respond([30, *theta[1:]])
 
-    return gc.calibrate(gc.PythonModel(respond), soil.reference(), soil.SPACE, stop=soil.STOP, seed=3, workers=1)
+    return gc.calibrate(gc.PythonModel(respond), soil.reference(), soil.SPACE, method="iterative-bayesian", stop=soil.STOP, seed=3, workers=1)
 
 
 @pytest.fixture(scope="session")
 def all_failed():
-    return gc.calibrate(gc.PythonModel(lambda theta: {"stress_ratio": np.nan}), soil.reference(), soil.SPACE, stop=soil.STOP, seed=3, workers=1)
+    return gc.calibrate(gc.PythonModel(lambda theta: {"stress_ratio": np.nan}), soil.reference(), soil.SPACE, method="iterative-bayesian", stop=soil.STOP, seed=3, workers=1)
 
 
 @pytest.fixture
@@ -64,4 +65,4 @@ def strange_names():
     model = gc.PythonModel(lambda theta: {"force <b>&$_{": theta[0] * x})
     observed = gc.Reference(x, {"force <b>&$_{": 2e8 * x}, control_name="</script>")
     space = gc.ParameterSpace({"k<n> $^$": (1e8, 5e8)}, units={"k<n> $^$": "N/m"})
-    return gc.calibrate([gc.Experiment("a <i>test</i> & $more$", model, observed)], space=space, stop=soil.STOP, workers=1)
+    return gc.calibrate([gc.Experiment("a <i>test</i> & $more$", model, observed)], space=space, method="iterative-bayesian", stop=soil.STOP, workers=1)

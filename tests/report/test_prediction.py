@@ -101,7 +101,7 @@ def test_the_line_of_a_calibration_file_prints_the_error_from_anywhere(tmp_path,
     Path("calibration.toml").write_text(
         '[parameters]\nphi = { range = [20, 40] }\n[[experiment]]\nname = "tiny"\nreference = "lab.csv"\nobservables = { stress_ratio = {} }\n'
         'model = { kind = "triaxial", packing = "packing.csv", confining_pressure = 1e5, fixed = { log_E = 7.5, nu = 0.2, beta_m = 0.1, eta_m = 0.1 } }\n'
-        "[filter]\nalpha = 5\n[stop]\nmax_iterations = 1\n"
+        "[filter]\nmethod = 'iterative-bayesian'\nalpha = 5\n[stop]\nmax_iterations = 1\n"
     )
     assert CliRunner().invoke(app, ["calibrate", "calibration.toml", "-o", "campaign", "-q"]).exit_code == 0
     (tmp_path / "elsewhere").mkdir()

@@ -14,7 +14,7 @@ from graincal.campaign.curves import file_name
 from graincal.campaign.experiment import Experiment, Model
 from graincal.data import InputError, ParameterSpace, Samples
 from graincal.execution import available_cores
-from graincal.inference import METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
+from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
 from graincal.inference.first_look import FirstLook
 from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
@@ -48,7 +48,7 @@ class Calibration:
 
     space: ParameterSpace
     experiments: Sequence[Experiment]
-    method: str = "iterative-bayesian"
+    method: str = DEFAULT_METHOD
     filter_options: Mapping[str, Any] = field(default_factory=dict)
     stop: Stop = Stop()
     seed: int = 1

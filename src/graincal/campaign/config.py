@@ -18,7 +18,7 @@ from graincal.data import InputError, MeasurementError, ParameterSpace, Referenc
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.files import unreadable
-from graincal.inference import METHODS, Stop
+from graincal.inference import DEFAULT_METHOD, METHODS, Stop
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
 from graincal.models.economy import Economy
 from graincal.suggestion import did_you_mean
@@ -204,7 +204,7 @@ class ExperimentEntry(Section):
 
 
 class FilterSection(Section):
-    method: str = Field("iterative-bayesian", description=" or ".join(f'"{method}"' for method in METHODS))
+    method: str = Field(DEFAULT_METHOD, description=" or ".join(f'"{method}"' for method in METHODS))
     alpha: Positive = Field(10, description="a number above 0")
     effective_sample_size: float = Field(0.3, gt=0, lt=1, description="a number between 0 and 1")
     scale: Literal["peak", "pointwise"] = Field("peak", description='"peak" or "pointwise"')

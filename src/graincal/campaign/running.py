@@ -23,7 +23,7 @@ from graincal.campaign.result import Result
 from graincal.campaign.store import Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
-from graincal.inference import Stop
+from graincal.inference import DEFAULT_METHOD, Stop
 
 CALIBRATION_FILE = "campaign.toml"
 LOOK = "first_look"
@@ -35,7 +35,7 @@ def calibrate(
     reference: Reference | None = None,
     space: ParameterSpace | None = None,
     *,
-    method: str = "iterative-bayesian",
+    method: str = DEFAULT_METHOD,
     seed: int = 1,
     max_evaluations: int | None = None,
     workers: int | Literal["all"] = "all",
@@ -51,12 +51,12 @@ def calibrate(
     >>> result = calibrate([Experiment("0.5 MPa", test, reference), ...], space=space)           # doctest: +SKIP
 
     space: the unknowns; theta is in its order. Those in its `per_experiment` have a value in each experiment: the result's space has a column for each.
-    method: "iterative-bayesian" (Hartmann, Cheng, Thornton 2022), "sequential-monte-carlo", or "posterior", whose spreads follow from the measurement errors.
+    method: "posterior", whose spreads follow from the measurement errors, "iterative-bayesian" (Hartmann, Cheng, Thornton 2022), or "sequential-monte-carlo".
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
-    for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: alpha,
-    effective_sample_size, scale, covariance (see `IterativeBayesianFilter`); with "posterior" first_batch, batch, ahead, early_stop, correlation_length, discrepancy
-    (see `PosteriorFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
+    for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: first_batch, batch,
+    ahead, early_stop, correlation_length, discrepancy (see `PosteriorFilter`); by the other methods alpha, effective_sample_size, scale, covariance
+    (see `IterativeBayesianFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):

@@ -52,7 +52,7 @@ CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
 """
 
 
-_STOPPED = "coalesce(json_extract(details, '$.stopped'), 0)"
+_STOPPED = "coalesce(json_extract(details, '$.stopped') <> 0, 0)"
 
 
 class Store:

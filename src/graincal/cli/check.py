@@ -107,7 +107,7 @@ def _expectation(calibration: Calibration) -> list[str]:
     if isinstance(filter, PosteriorFilter):
         most = filter.most_evaluations
         limit = f", at most {most} evaluations, {duration(seconds * max(1.0, most / samples))} {with_workers}" if most else f" {with_workers}"
-        return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {filter.batch} in each batch until the posterior has settled{limit}."]
-    iterations = calibration.stop.max_iterations
+        return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {filter.batch} in each batch until the posterior has settled{limit}. The filter itself takes some seconds more after each batch."]
+    iterations = calibration.stop.most_iterations
     most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
     return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]

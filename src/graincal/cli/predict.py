@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from graincal.cli.options import Folder
+from graincal.cli.options import Folder, Quiet
 from graincal.data import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def predict(
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV.", metavar="FILE")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
+    quiet: Quiet = False,
 ) -> None:
     """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
     from graincal.campaign import Result
@@ -62,6 +63,8 @@ def predict(
     shown = reference.names if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
     if plot:
         draw_prediction(prediction, shown, reference, plot)
+    if quiet:
+        return
     if own := result.space.per_experiment:
         typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))

@@ -15,7 +15,10 @@ METHODS = {
 }
 """The filters by the names that a calibration file knows them by."""
 
+DEFAULT_METHOD = "posterior"
+
 __all__ = [
+    "DEFAULT_METHOD",
     "METHODS",
     "Grade",
     "IterativeBayesianFilter",

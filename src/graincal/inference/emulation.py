@@ -99,7 +99,7 @@ def emulate(
     def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
 
-    explored = explore(space, emulated, rng)
+    explored = explore(space, emulated, rng, near=before and before.explored.proposal)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
     # And one that was stopped with as much as it can have at most, although the emulator says less.

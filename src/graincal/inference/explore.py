@@ -7,18 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from graincal.data import ParameterSpace
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.importance import log_evidence, log_importance_weights, normalised, pareto_k
 from graincal.inference.proposal import ProposalOutsideBox
-from graincal.inference.tempering import temper
+from graincal.inference.tempering import TemperedSample, temper
 
-# Particles that find the posterior; then so many draws from a density fitted to them, in two rounds or more, until so many samples are effective.
+# Particles that find the posterior; then so many draws from a density fitted to them, in rounds, until so many samples are effective.
 PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 1024, 2048, 1000, 5
 
-# A posterior that no mixture of Gaussians fits (a thin bent ridge) leaves fewer than these effective. It is then described by so many particles.
-TOO_FEW, MORE_PARTICLES = 400, 2048
+# A posterior that no mixture of Gaussians fits (a thin bent ridge) leaves fewer than these effective. It is then described by particles,
+TOO_FEW = 400
+
+# unless these have lost more than half of the probability that the draws have found.
+MOST_LOST = np.log(2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +30,7 @@ class Explored:
     """theta (M, n) with log_weights (M,), and log_likelihood (M,) of each. log_evidence, and its standard deviation over such explorations.
 
     proposal: a density fitted to the posterior, from which the samples were drawn; or, where no mixture fits it well, tempered samples were taken
-    instead (`tempered`), whose weights are equal and whose evidence is known less well.
+    instead (`tempered`), whose evidence is known less well.
     """
 
     theta: NDArray[np.float64]
@@ -54,37 +58,85 @@ class Explored:
 
 
 def explore(
-    space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], rng: np.random.Generator, *, power: float = 1.0
+    space: ParameterSpace,
+    log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    rng: np.random.Generator,
+    *,
+    power: float = 1.0,
+    near: DefensiveMixture | None = None,
 ) -> Explored:
     """Samples of prior times likelihood^power; log_likelihood takes points (M, n) of the unit cube. The prior is uniform on the box.
 
     Tempering finds where the posterior is; its samples are moved along and not independent. So a density is fitted to them, and what is returned are
     draws from that, weighted: their errors are those of independent draws, and the weights tell whether the fit was good. Where it was not, more
     tempered samples are returned.
+
+    near: a density that is thought to be near the posterior, such as that fitted to the posterior of fewer data. It is drawn from too: where a broad mode holds nearly
+    all of the probability at low powers, tempering may lose a narrow one on the way, and weights of draws from both densities tell.
     """
     found = temper(log_likelihood, space.size, PARTICLES, rng, power=power)
-    theta, weights = space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES)
-    proposals, drawn, logs = [], np.empty((0, space.size)), np.empty(0)
-    while len(proposals) < 2 or (len(proposals) < MOST_ROUNDS and 1 / np.sum(weights**2) < EFFECTIVE):
-        proposals.append(DefensiveMixture.fitted(space, theta, weights, rng, space.from_unit(found.wide)))
-        try:
-            new = proposals[-1].draw(DRAWS, rng)
-        except ProposalOutsideBox:
-            # No mixture fits: the tempered samples below stand for it.
-            drawn = np.empty((0, space.size))
-            break
-        drawn = np.concatenate([drawn, new])
-        logs = np.concatenate([logs, log_likelihood(space.to_unit(new))])
-        densities = np.array([proposal.log_density(drawn) for proposal in proposals])
-        log_weights = log_importance_weights(power * logs - space.log_volume, densities, np.full(len(proposals), DRAWS))
-        theta, weights = drawn, normalised(log_weights)
-    if not len(drawn) or 1 / np.sum(weights**2) < TOO_FEW:
-        two = [temper(log_likelihood, space.size, MORE_PARTICLES // 2, rng, power=power) for _ in range(2)]
-        theta, logs = space.from_unit(np.concatenate([each.unit for each in two])), np.concatenate([each.log_likelihood for each in two])
-        evidences = [each.log_evidence for each in two]
-        return Explored(
-            theta, np.zeros(len(theta)), logs, float(np.mean(evidences)), float(abs(evidences[0] - evidences[1]) / 2), proposals[-1], tempered=True
-        )
-    size = len(log_weights)
-    std = float(np.sqrt(max(size * np.sum(weights**2) - 1, 0) / size))
-    return Explored(drawn, log_weights, logs, log_evidence(log_weights, size), std, proposals[-1])
+    wide = space.from_unit(found.wide)
+    fitted = DefensiveMixture.fitted(space, space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES), rng, wide)
+    draws = _Draws(space, log_likelihood, power)
+    try:
+        for proposal in (fitted,) if near is None else (near, fitted):
+            draws.add(proposal, rng)
+        least = len(draws.proposals) + 1
+        while len(draws.proposals) < least or (len(draws.proposals) < MOST_ROUNDS and draws.effective_sample_size < EFFECTIVE):
+            draws.add(DefensiveMixture.fitted(space, draws.theta, draws.weights, rng, wide), rng)
+    except ProposalOutsideBox:
+        # A density that cannot be drawn from: what was drawn before it is all there is.
+        pass
+    if draws.effective_sample_size >= TOO_FEW:
+        return draws.explored()
+    tempered = _tempered(space, [found, temper(log_likelihood, space.size, PARTICLES, rng, power=power)], draws.proposals[-1] if draws.proposals else fitted)
+    return draws.explored() if draws.log_evidence > tempered.log_evidence + MOST_LOST else tempered
+
+
+class _Draws:
+    """Draws from several densities, as many from each, weighted against all of them together."""
+
+    def __init__(self, space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], power: float) -> None:
+        self.space, self._of, self.power = space, log_likelihood, power
+        self.proposals: list[DefensiveMixture] = []
+        self.theta, self.log_likelihood, self.log_weights = np.empty((0, space.size)), np.empty(0), np.empty(0)
+
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        return normalised(self.log_weights)
+
+    @property
+    def effective_sample_size(self) -> float:
+        return float(1 / np.sum(self.weights**2)) if self.proposals else 0.0
+
+    @property
+    def log_evidence(self) -> float:
+        return log_evidence(self.log_weights, len(self.log_weights)) if self.proposals else -np.inf
+
+    def add(self, proposal: DefensiveMixture, rng: np.random.Generator) -> None:
+        """Draw from one more density. Raises ProposalOutsideBox where it cannot be drawn from."""
+        new = proposal.draw(DRAWS, rng)
+        self.proposals.append(proposal)
+        self.theta = np.concatenate([self.theta, new])
+        self.log_likelihood = np.concatenate([self.log_likelihood, self._of(self.space.to_unit(new))])
+        densities = np.array([each.log_density(self.theta) for each in self.proposals])
+        self.log_weights = log_importance_weights(self.power * self.log_likelihood - self.space.log_volume, densities, np.full(len(self.proposals), DRAWS))
+
+    def explored(self) -> Explored:
+        size = len(self.log_weights)
+        std = float(np.sqrt(max(size * np.sum(self.weights**2) - 1, 0) / size))
+        return Explored(self.theta, self.log_weights, self.log_likelihood, self.log_evidence, std, self.proposals[-1])
+
+
+def _tempered(space: ParameterSpace, samples: list[TemperedSample], proposal: DefensiveMixture) -> Explored:
+    """Two tempered samples as one: each has the part of the whole that its evidence says."""
+    evidences = np.array([sample.log_evidence for sample in samples])
+    return Explored(
+        space.from_unit(np.concatenate([sample.unit for sample in samples])),
+        np.repeat(evidences, [len(sample.unit) for sample in samples]),
+        np.concatenate([sample.log_likelihood for sample in samples]),
+        float(logsumexp(evidences) - np.log(len(evidences))),
+        float(abs(evidences[0] - evidences[1]) / 2),
+        proposal,
+        tempered=True,
+    )

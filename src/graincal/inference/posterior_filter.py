@@ -31,6 +31,9 @@ from graincal.inference.stop import Stop
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
 
+# The limit on evaluations that is not set otherwise.
+EVALUATIONS_PER_PARAMETER = 20
+
 
 class PosteriorFilter(AskTellFilter):
     """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
@@ -109,7 +112,7 @@ class PosteriorFilter(AskTellFilter):
     def most_evaluations(self) -> int | None:
         """The limit on evaluations; None for no limit."""
         if self.stop.max_evaluations is False:
-            return 20 * self.space.size if self.emulator else None
+            return EVALUATIONS_PER_PARAMETER * self.space.size if self.emulator else None
         return self.stop.max_evaluations
 
     @property
@@ -276,8 +279,9 @@ class PosteriorFilter(AskTellFilter):
         shift = max(self.shift(), self.shift(1))
         if self.emulator and stop.posterior_shift is not False and shift <= stop.posterior_shift:
             met["posterior_shift"] = f"the last two batches moved the posterior by at most {shift:.2f} standard deviations, and {stop.posterior_shift:g} is enough"
-        if stop.max_iterations is not False and self._batches_asked >= stop.max_iterations:
-            met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
+        batches = stop.max_iterations if self.emulator else stop.most_iterations
+        if batches and self._batches_asked >= batches:
+            met["max_iterations"] = f"the limit of {batches} batches is reached"
         most = self.most_evaluations
         if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
             met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {most}"

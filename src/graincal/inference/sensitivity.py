@@ -65,5 +65,5 @@ def without_discrepancy(
         )
         for reference, scatter, emulator in zip(references, scatters, emulation.emulators)
     ]
-    found = explore(space, lambda unit: emulated_log_likelihood(likelihoods, emulation.emulators, unit), rng)
+    found = explore(space, lambda unit: emulated_log_likelihood(likelihoods, emulation.emulators, unit), rng, near=emulation.explored.proposal)
     return Posterior(space.names, found.theta, found.weights)

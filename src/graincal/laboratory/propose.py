@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from graincal.data import InputError, ParameterSpace
+from graincal.inference import DEFAULT_METHOD
+from graincal.inference.posterior_filter import EVALUATIONS_PER_PARAMETER
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
 from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, STRESS_MEASURES, unsheared
@@ -132,14 +134,16 @@ def propose(
     Lines that rest on a guess say CHECK. Raises InputError where the axial strain is not recognised among the headers, or no observable is.
     """
     _refuse_strange(file)
+    space = space or ParameterSpace.paper()
     observables = ["stress_ratio" if quantity in STRESS_NAMES else quantity for quantity in file.reference if quantity != "axial_strain"]
     blocks = [
         _introduction(file, strain, confining_pressure),
-        _parameters(space or ParameterSpace.paper()),
+        _parameters(space),
         "\n".join([*_experiment(file, observables), *_model(file, confining_pressure, _grains(file, void_ratio) if packing is None else _packing(packing, folder))]),
         _reference(file, strain, folder),
-        '[filter]\n# The paper\'s. "posterior" takes what the laboratory says of its errors, needs fewer runs and says how sure one may be; README compares them.\n'
-        'method = "iterative-bayesian"\n\n[stop]\nmax_iterations = 20\n\n[run]\nworkers = "all"\nseed    = 1',
+        f'[filter]\n# "iterative-bayesian" is the method of Hartmann, Cheng, Thornton (2022): more runs, and no probabilities.\nmethod = "{DEFAULT_METHOD}"',
+        f'[stop]\n# Or sooner, where the posterior has settled. More make it surer; graincal resume goes on with more, too.\nmax_evaluations = {EVALUATIONS_PER_PARAMETER * space.size}',
+        '[run]\nworkers = "all"\nseed    = 1',
     ]
     return "\n\n".join(blocks) + "\n"
 
@@ -183,6 +187,8 @@ def _experiment(file: LaboratoryFile, observables: list[str]) -> list[str]:
         "[[experiment]]",
         f"name        = {_quote(Path(file.path).stem)}",
         'control     = "axial_strain"',
+        "# CHECK: 1 % of its peak is taken for the error of each observable. State yours, such as relative_error = 0.01, or measurement_error = 0.0005 for a strain",
+        "# and step = 0.01 for a curve that was read from paper: intervals of the parameters are about in proportion to them.",
         f"observables = {{ {shares} }}   # the smaller a share, the more that observable is trusted",
     ]
 

@@ -1,0 +1,54 @@
+"""Exploring a posterior whose likelihood costs nothing, against integrals that are known."""
+
+import numpy as np
+import pytest
+from scipy.special import logsumexp
+
+from graincal import ParameterSpace
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.explore import _tempered, explore
+from graincal.inference.tempering import TemperedSample, temper
+
+SPACE = ParameterSpace({name: (0, 1) for name in "abcde"})
+BROAD, NARROW = (0.35, 0.12), (0.75, 0.004)
+# The narrow mode has e^3 times the broad one's probability in a volume of e^-17 times: it is next to nothing at lower powers of the likelihood.
+LOG_SHARES = np.array([0.0, 3.0])
+
+
+def log_likelihood(unit):
+    logs = []
+    for (centre, width), share in zip((BROAD, NARROW), LOG_SHARES):
+        logs.append(share - 0.5 * np.sum(((unit - centre) / width) ** 2, axis=1) - unit.shape[1] * np.log(width * np.sqrt(2 * np.pi)))
+    return logsumexp(logs, axis=0)
+
+
+def about(centre, width, seed=0):
+    """A density about the place, from too few samples to be right."""
+    theta = np.clip(np.random.default_rng(seed).normal(centre, width, (60, 5)), 0, 1)
+    return DefensiveMixture.fitted(SPACE, theta, np.full(60, 1 / 60), np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_narrow_mode_near_which_fewer_data_led_is_not_lost(seed):
+    lost = temper(log_likelihood, SPACE.size, 1024, np.random.default_rng(seed))
+    assert np.all(lost.unit.mean(axis=1) < 0.6), "tempering finds it by itself, and this test says nothing"
+    found = explore(SPACE, log_likelihood, np.random.default_rng(seed), near=about(0.752, 0.006))
+    assert not found.tempered
+    assert found.log_evidence == pytest.approx(logsumexp(LOG_SHARES), abs=0.1)
+    assert found.weights[found.theta.mean(axis=1) > 0.6].sum() == pytest.approx(np.exp(3) / (1 + np.exp(3)), abs=0.02)
+
+
+def test_a_density_far_from_the_posterior_does_no_harm():
+    def broad(unit):
+        return -0.5 * np.sum(((unit - BROAD[0]) / BROAD[1]) ** 2, axis=1) - 5 * np.log(BROAD[1] * np.sqrt(2 * np.pi))
+
+    found = explore(SPACE, broad, np.random.default_rng(1), near=about(*NARROW))
+    assert found.effective_sample_size > 400 and found.log_evidence == pytest.approx(0, abs=0.05)
+    np.testing.assert_allclose(found.weights @ found.theta, BROAD[0], atol=0.02)
+
+
+def test_tempered_samples_of_two_explorations_count_as_their_evidences_say():
+    samples = [TemperedSample(np.full((4, 5), place), np.zeros(4), evidence, np.empty((0, 5))) for place, evidence in ((0.2, 0.0), (0.8, np.log(3.0)))]
+    found = _tempered(SPACE, samples, DefensiveMixture(SPACE))
+    assert found.log_evidence == pytest.approx(np.log(2.0))
+    np.testing.assert_allclose(found.weights @ found.theta, 0.65)
