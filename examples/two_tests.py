@@ -34,4 +34,4 @@ result = gc.calibrate([experiment(100e3), experiment(400e3)], space=space, seed=
 print(result.stopped_because)
 for name, mean, spread in zip(space.names, result.posterior.mean(), result.posterior.std()):
     print(f"{name}: {mean:.3f} ± {spread:.3f}")
-print(f"best: {result.best.theta} with an error of {result.best.error:.2f} %, after {result.evaluations} evaluations")
+print(f"answer: {result.answer.theta} with an error of {result.answer.errors.mean():.2f} %, after {result.evaluations} evaluations")

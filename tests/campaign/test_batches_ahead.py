@@ -99,7 +99,7 @@ def test_it_goes_on_by_other_limits_as_if_they_had_been_its_own(result, tmp_path
     calibrate(stop=gc.Stop(max_iterations=2, posterior_shift=False), folder=tmp_path)
     assert_same(result, gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=3))
     for limit in (1, 2):
-        with pytest.raises(gc.InputError, match=f"it would have ended after {limit} of the 4 iterations that are begun"):
+        with pytest.raises(gc.InputError, match=f"it would have ended after {limit} of the 4 batches that are begun"):
             gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=limit)
 
 

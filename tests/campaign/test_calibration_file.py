@@ -39,11 +39,11 @@ def test_sections_that_are_left_out_have_their_defaults(tmp_path):
     path = write_calibration(tmp_path)
     path.write_text(path.read_text().split("[filter]")[0])
     calibration = read_calibration(path)
-    assert calibration.method == "posterior" and calibration.stop.posterior_shift == 0.25
+    assert calibration.method == "posterior" and calibration.stop.posterior_shift == 0.25 and calibration.stop.max_iterations == 20
     assert calibration.seed == 1 and calibration.workers == "all" and len(calibration.new_filter().ask()) == 8
     path.write_text(path.read_text() + '[filter]\nmethod = "iterative-bayesian"\n')
     calibration = read_calibration(path)
-    assert calibration.stop.s == 0.01 and calibration.stop.most_iterations == 20 and calibration.new_filter().samples_per_iteration == 20
+    assert calibration.stop.s == 0.01 and calibration.new_filter().samples_per_iteration == 20
 
 
 def test_measurement_errors_are_kept_in_a_laboratory_s_terms(tmp_path):
@@ -113,11 +113,12 @@ def write_triaxial(folder, *replacements):
     ("old", "new", "sentence"),
     [
         ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, correlation_length, discrepancy, first_look was expected."),
-        (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior" one of first_batch, batch, ahead, early_stop, correlation_length, discrepancy was expected.'),
+        (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, correlation_length, discrepancy was expected.'),
         ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance was expected.'),
+        (THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false", "\n[stop]\ns = 0.01", 'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("alpha = 10", "early_stop = 1", "filter.early_stop must be true or false, not 1."),
-        ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift means nothing to method = "iterative-bayesian", which looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations.'),
+        ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift is a criterion of method = "posterior", and "iterative-bayesian" looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations.'),
         ("{ variance_share = 0.5 } }", "{ variance_share = 0.5, relative_error = 0 } }", 'experiment "drained": observables.volumetric_strain.relative_error must be a standard deviation above 0 as a part of each value, not 0.'),
         ("alpha = 10", "alpha = 'ten'", 'filter.alpha must be a number above 0, not "ten".'),
         ("alpha = 10", "alpha = true", "filter.alpha must be a number above 0, not true."),

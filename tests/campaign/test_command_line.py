@@ -255,7 +255,7 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     file.write_text(
         "[parameters]\nlog_E = { range = [7, 8] }\nphi = { range = [20, 40] }\n"
         '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\nobservables = { stress_ratio = {}, volumetric_strain = {} }\n'
-        f"model = {model}\n[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
+        f"model = {model}\n[filter]\nmethod = 'iterative-bayesian'\nalpha = 3\n[stop]\nmax_iterations = 1\n"
     )
     again = tmp_path / "again.csv"
     for closing in ("", ", replaced"):
@@ -313,7 +313,7 @@ def test_another_path_is_calibrated_resumed_and_reported(call, tmp_path):
         "[parameters]\nlog_E = { range = [7, 8] }\nphi = { range = [20, 40] }\n"
         '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\ncontrol = "axial_stress"\nobservables = { void_ratio = {} }\n'
         f'model = {{ kind = "oedometric", packing = "{PACKING}", confining_pressure = 5e4, fixed = {{ nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}\n'
-        "[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
+        "[filter]\nmethod = 'iterative-bayesian'\nalpha = 3\n[stop]\nmax_iterations = 1\n"
     )
     checked = call("check", file)
     assert checked.code == 0 and "oedometric test at 50000 Pa, 500 particles" in checked.out and "Expect 6 evaluations an iteration" in checked.out
@@ -343,7 +343,7 @@ def test_values_that_another_unit_was_probably_meant_for_are_noted(call, tmp_pat
         "[parameters]\nlog_E = { range = [5, 7] }\n"
         '[[experiment]]\nname = "tiny"\nreference = "reference.csv"\nobservables = { stress_ratio = {} }\n'
         f'model = {{ kind = "triaxial", packing = "{PACKING}", confining_pressure = 200, fixed = {{ phi = 30, nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}\n'
-        "[filter]\nalpha = 3\n[stop]\nmax_iterations = 1\n"
+        "[filter]\nmethod = 'iterative-bayesian'\nalpha = 3\n[stop]\nmax_iterations = 1\n"
     )
     for called in (call("check", file), call("calibrate", file, "-o", tmp_path / "campaign")):
         said = " ".join(called.out.split())

@@ -33,5 +33,5 @@ def test_the_function_of_one_s_own_is_found():
 
 def test_the_script_finds_what_made_its_references(capsys):
     found = runpy.run_path(str(EXAMPLES / "two_tests.py"))
-    assert found["result"].best.theta == pytest.approx([7.4, 34.0], rel=0.02)
+    assert found["result"].answer.theta == pytest.approx([7.4, 34.0], rel=0.02)
     assert "friction_angle: 3" in capsys.readouterr().out

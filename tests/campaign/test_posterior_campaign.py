@@ -136,24 +136,36 @@ def test_it_goes_on_by_other_limits_as_if_they_had_been_its_own(result, tmp_path
         gc.resume(tmp_path, gc.PythonModel(infeasible), max_evaluations=30)
     continued = gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=2)
     assert_same(result, continued)
-    with pytest.raises(gc.InputError, match="it would have ended after 1 of the 3 iterations that are begun"):
+    with pytest.raises(gc.InputError, match="it would have ended after 1 of the 3 batches that are begun"):
         gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=1)
 
 
+def test_what_another_build_began_stays_as_it_was(tmp_path):
+    calibrate(folder=tmp_path)
+    with sqlite3.connect(tmp_path / "campaign.db") as db:
+        # Samples that this build would not have asked for.
+        db.execute("UPDATE sample SET theta = '[0.3, 0.3]' WHERE id = 9")
+    before = Store.open(tmp_path)
+    with pytest.raises(gc.InputError, match="batch 1 comes out with other samples than are stored"):
+        gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=3)
+    after = Store.open(tmp_path)
+    assert after.meta("stopped_by") == "max_iterations" and after.counts() == before.counts()
+
+
 def test_a_store_of_before_there_was_a_posterior_still_opens(tmp_path):
-    gc.calibrate(model(), reference(), SPACE, stop=gc.Stop(max_iterations=1), folder=tmp_path)
+    gc.calibrate(model(), reference(), SPACE, method="iterative-bayesian", stop=gc.Stop(max_iterations=1), folder=tmp_path)
     with sqlite3.connect(tmp_path / "campaign.db") as db:
         db.execute("DROP TABLE learnt")
         (description,) = db.execute("SELECT value FROM meta WHERE key = 'description'").fetchone()
     assert "posterior" not in description
     store = Store.open(tmp_path)
-    assert store.keeps(Calibration(SPACE, [gc.Experiment("experiment", model(), reference())], stop=gc.Stop(max_iterations=1)))
+    assert store.keeps(Calibration(SPACE, [gc.Experiment("experiment", model(), reference())], "iterative-bayesian", stop=gc.Stop(max_iterations=1)))
     assert gc.Result.read(tmp_path).learnt == () and gc.Result.read(tmp_path).answer is None
     gc.resume(tmp_path, model(), max_iterations=2, error=False, s=False, gl_error_increment=False, error_increment=False)
 
 
 def test_criteria_that_it_does_not_look_at_are_refused():
-    with pytest.raises(gc.InputError, match='stop.s means nothing to method = "posterior", which looks at posterior_shift, max_iterations, max_evaluations'):
+    with pytest.raises(gc.InputError, match='stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations'):
         calibrate(stop=gc.Stop(s=0.1))
 
 
@@ -164,7 +176,7 @@ def test_check_says_what_it_will_take_and_how_errors_were_understood():
     assert "measurement error of stress_ratio: sd 0.05, 1 % of the value, steps of 0.02" in said
     # The volumetric strain has its peak of 0.00624 at an axial strain of 0.12.
     assert "measurement error of volumetric_strain: sd 6.24e-05, taken for 1 % of the peak: none is stated" in said
-    assert "Expect 8 evaluations, about" in _expectation(calibration)[-1] and "at most 40 evaluations" in _expectation(calibration)[-1]
+    assert "Expect 8 evaluations, about" in _expectation(calibration)[-1] and "at most 39 evaluations" in _expectation(calibration)[-1]
 
 
 def replace_errors(error):

@@ -7,6 +7,7 @@ from scipy.special import logsumexp
 from graincal import ParameterSpace
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.explore import _tempered, explore
+from graincal.inference.proposal import ProposalOutsideBox, TruncatedMixture
 from graincal.inference.tempering import TemperedSample, temper
 
 SPACE = ParameterSpace({name: (0, 1) for name in "abcde"})
@@ -45,6 +46,23 @@ def test_a_density_far_from_the_posterior_does_no_harm():
     found = explore(SPACE, broad, np.random.default_rng(1), near=about(*NARROW))
     assert found.effective_sample_size > 400 and found.log_evidence == pytest.approx(0, abs=0.05)
     np.testing.assert_allclose(found.weights @ found.theta, BROAD[0], atol=0.02)
+
+
+def test_a_density_that_cannot_be_drawn_from_is_left_out():
+    far = DefensiveMixture(SPACE, TruncatedMixture(SPACE, np.ones(1), np.full((1, 5), 3.0), 1e-4 * np.eye(5)[None]))
+    with pytest.raises(ProposalOutsideBox):
+        far.draw(1, np.random.default_rng(1))
+    found = explore(SPACE, lambda unit: -0.5 * np.sum(((unit - 0.4) / 0.1) ** 2, axis=1), np.random.default_rng(1), near=far)
+    assert not found.tempered and found.effective_sample_size > 1000
+
+
+def test_draws_that_no_mixture_fits_stand_where_tempering_has_lost_what_they_found(monkeypatch):
+    # As if a mode of 20 times the broad one's probability fitted no mixture.
+    monkeypatch.setattr("graincal.inference.explore.TOO_FEW", 10**6)
+    found = explore(SPACE, log_likelihood, np.random.default_rng(0), near=about(0.752, 0.006))
+    assert not found.tempered and found.log_evidence == pytest.approx(logsumexp(LOG_SHARES), abs=0.1)
+    alike = explore(SPACE, lambda unit: -0.5 * np.sum(((unit - 0.4) / 0.1) ** 2, axis=1), np.random.default_rng(0))
+    assert alike.tempered
 
 
 def test_tempered_samples_of_two_explorations_count_as_their_evidences_say():

@@ -159,7 +159,7 @@ def test_limits_count_what_is_asked_for(stop, sizes, fewer_draws):
 
 
 def test_once_settled_it_waits_for_what_was_asked_and_runs_the_answer(fewer_draws):
-    filter = in_turn(new_filter(stop=Stop(max_evaluations=160)), test_curves)
+    filter = in_turn(new_filter(stop=Stop(max_iterations=False, max_evaluations=160)), test_curves)
     assert filter.stopped_by == "posterior_shift"
     # It settled with the batch before the last; the last had been asked for, and is used.
     settled = len(filter.iterations) - 3

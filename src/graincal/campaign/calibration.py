@@ -23,6 +23,12 @@ from graincal.suggestion import did_you_mean
 
 POSTERIOR = "posterior"
 
+
+def round_of(method: str) -> str:
+    """What a method calls the samples that it asks for at once, and the update that follows."""
+    return "batch" if method == POSTERIOR else "iteration"
+
+
 _OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance")
 FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "correlation_length", "discrepancy")}
 """The options of each method's filter."""
@@ -119,17 +125,14 @@ class Calibration:
 
     def _check_options(self) -> None:
         """Raise InputError for options and criteria that the method does not look at."""
-        options, criteria = FILTER_OPTIONS[self.method], CRITERIA[self.method]
+        options, this = FILTER_OPTIONS[self.method], _named(self.method)
         if (self.first_look is not None or self.look is not None) and self.method != POSTERIOR:
-            raise InputError(f'{"filter.first_look" if self.look is None else "first_look"} is an option of method = "{POSTERIOR}", and with "{self.method}" one of {", ".join(options)} was expected.')
+            raise InputError(f'{"filter.first_look" if self.look is None else "first_look"} is an option of method = "{POSTERIOR}", and with {this} one of {", ".join(options)} was expected.')
         for name in sorted(set(self.filter_options) - set(options)):
             if others := [method for method in METHODS if name in FILTER_OPTIONS[method]]:
-                raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with "{self.method}" one of {", ".join(options)} was expected.')
+                raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with {this} one of {", ".join(options)} was expected.')
             raise InputError(f"filter.{name} is not an option of the filter{did_you_mean(name, options)}; expected one of {', '.join(options)}.")
-        for criterion in fields(Stop):
-            limit = getattr(self.stop, criterion.name)
-            if criterion.name not in criteria and limit is not False and limit != criterion.default:
-                raise InputError(f'stop.{criterion.name} means nothing to method = "{self.method}", which looks at {", ".join(criteria)}.')
+        refuse_criteria(self.method, {each.name: limit for each in fields(Stop) if (limit := getattr(self.stop, each.name)) != each.default})
 
     def _check_look(self, look: Calibration) -> None:
         try:
@@ -157,6 +160,19 @@ class Calibration:
                 pass
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
+
+
+def refuse_criteria(method: str, limits: Mapping[str, Any]) -> None:
+    """Raise InputError for criteria of stopping, set to these limits, that the method does not look at."""
+    for name, limit in limits.items():
+        if name not in CRITERIA[method] and limit is not False:
+            other = next(other for other in METHODS if name in CRITERIA[other])
+            raise InputError(f'stop.{name} is a criterion of method = "{other}", and {_named(method)} looks at {", ".join(CRITERIA[method])}.')
+
+
+def _named(method: str) -> str:
+    """A method for the middle of a sentence; whoever says none should not wonder where it comes from."""
+    return f'"{method}", the default,' if method == DEFAULT_METHOD else f'"{method}"'
 
 
 def _truth_of_unknowns(space: ParameterSpace, truth: Mapping[str, float]) -> dict[str, float]:

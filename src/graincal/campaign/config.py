@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
-from graincal.campaign.calibration import Calibration, check_observables
+from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.first_look import read_first_look
 from graincal.campaign.section import Section, mistake, sentences
@@ -333,6 +333,9 @@ def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
         {name: entry.unit for name, entry in parameters},
         [name for name, entry in parameters if entry.per_experiment],
     )
+    if file.filter.method in METHODS:
+        # What is set in a file counts as asked for even where it is the default.
+        refuse_criteria(file.filter.method, file.stop.given())
     calibration = Calibration(
         space,
         [entry.build(folder) for entry in file.experiment],

@@ -10,7 +10,7 @@ from typing import Any
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.replay import runs_at_answer, tell
-from graincal.campaign.store import Store
+from graincal.campaign.store import Store, same
 from graincal.data import InputError
 from graincal.inference import Stop
 from graincal.suggestion import did_you_mean
@@ -62,9 +62,11 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
         # Of those that are not complete, some were asked for ahead.
         asked, kept = next(iter(filter.under_way[number - len(filter.iterations) :]), None), store.samples(number)
         if asked is None or (runs_at_answer(asked, space) and not runs_at_answer(kept, space)):
-            raise InputError(f"{store.folder}: it would have ended after {number} of the {begun} iterations that are begun.")
+            raise InputError(f"{store.folder}: it would have ended after {number} of the {begun} batches that are begun.")
         if runs_at_answer(kept, space) and not runs_at_answer(asked, space):
             return number
+        if not same(asked, kept):
+            raise store.other_samples(number)
         if number < complete:
             tell(filter, asked, store, calibration.experiments)
     if filter.finished:

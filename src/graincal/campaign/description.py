@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +39,7 @@ def describe(calibration: Calibration) -> dict[str, Any]:
 
 
 def describe_stop(method: str, stop: Stop) -> dict[str, Any]:
-    """The criteria of stopping, with what one that is not set means to the method."""
-    if stop.max_iterations is None:
-        stop = replace(stop, max_iterations=False if method == POSTERIOR else stop.most_iterations)
+    """The criteria of stopping."""
     # One that the paper's method does not look at: descriptions are compared with those of campaigns stored before there was another method.
     return {name: limit for name, limit in asdict(stop).items() if method == POSTERIOR or name != "posterior_shift"}
 

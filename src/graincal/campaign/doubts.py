@@ -39,7 +39,12 @@ def _large_errors(reference: Reference) -> list[str]:
     """Measurement errors as large as what was measured: most of them are percent that were meant to be fractions."""
     errors = {name: max(error.absolute, error.step) for name, error in reference.measurement_errors.items()} | {reference.control_name: reference.control_step}
     measured = {name: np.ptp(values) for name, values in reference.observables.items()} | {reference.control_name: np.ptp(reference.control)}
-    return [
+    relative = [
+        f"{name} is said to be measured to {error.relative:g} of each value, which is {100 * error.relative:g} %; errors are fractions here, not percent."
+        for name, error in reference.measurement_errors.items()
+        if error.relative > 0.3
+    ]
+    return relative + [
         f"{name} is said to be measured to {error:g}, and it varies by {measured[name]:.3g} in all; strains and their errors are fractions here, not percent."
         for name, error in errors.items()
         if error > 0.5 * measured[name] > 0

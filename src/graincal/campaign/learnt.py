@@ -16,7 +16,7 @@ from graincal.inference.sensitivity import log_evidence_std
 class Learnt:
     """What is known after a batch; NaN where there is nothing.
 
-    posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`). held_out_error: the emulators' error near the
+    posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`), and nothing of the runs at the answer. held_out_error: the emulators' error near the
     posterior, as a part of the spread of the responses, of the worst experiment. coverage: the part of the held-out evaluations within their 90 % intervals.
     log_evidence with its standard deviation, the emulators' doubt included. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
     dropped: the part of the posterior's probability that those which were stopped early hold at most.
@@ -34,7 +34,7 @@ class Learnt:
     @classmethod
     def of(cls, filter: PosteriorFilter) -> Learnt:
         """After the filter's last complete batch."""
-        emulation, shift = filter.emulation, filter.shift()
+        emulation, shift = filter.emulation, math.nan if filter.answered else filter.shift()
         if emulation is None:
             return cls()
         with threadpool_limits(1):

@@ -10,6 +10,7 @@ from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
+from graincal.campaign.calibration import Calibration, round_of
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
 from graincal.campaign.trouble import FolderError
@@ -30,6 +31,7 @@ class Log(Listener):
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / NAME
+        self._round = "Iteration"
         try:
             self._file = open(self.path, "a", encoding="utf-8")
         except OSError as error:
@@ -46,11 +48,14 @@ class Log(Listener):
         except OSError as error:
             raise FolderError.of(self.path, error) from error
 
+    def begins(self, calibration: Calibration) -> None:
+        self._round = round_of(calibration.method).capitalize()
+
     def remark(self, text: str) -> None:
         self.write(text)
 
     def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
-        self.write(f'Iteration {iteration}, "{experiment}": {waiting} of {samples} samples to evaluate.')
+        self.write(f'{self._round} {iteration}, "{experiment}": {waiting} of {samples} samples to evaluate.')
 
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
         seconds = outcome.details.get("seconds")
@@ -63,7 +68,7 @@ class Log(Listener):
 
     def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
         if not replayed:
-            self.write(f"Iteration {iteration.index} is complete: {describe_iteration(iteration, learnt)}.")
+            self.write(f"{self._round} {iteration.index} is complete: {describe_iteration(iteration, learnt)}.")
 
     def stops(self, by: str, because: str) -> None:
         self.write(f"Stops by {by}. {because}")

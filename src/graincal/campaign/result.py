@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign.calibration import POSTERIOR, Calibration, Filter
+from graincal.campaign.calibration import POSTERIOR, Calibration, Filter, round_of
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.replay import learn_again, replay, runs_at_answer
@@ -82,7 +82,7 @@ class Result:
         self.iterations = store.iterations()
         self.learnt: tuple[Learnt, ...] = store.learnt()
         if not self.iterations:
-            raise InputError(f"{store.folder or 'the campaign'}: no iteration is complete yet, so there is no result.")
+            raise InputError(f"{store.folder or 'the campaign'}: no {round_of(calibration.method)} is complete yet, so there is no result.")
         self.ids = np.concatenate([iteration.samples.ids for iteration in self.iterations])
         self.samples = np.concatenate([iteration.samples.theta for iteration in self.iterations])
         self.iteration = np.concatenate([np.full(len(iteration.samples), iteration.index) for iteration in self.iterations])
@@ -101,7 +101,7 @@ class Result:
     def __repr__(self) -> str:
         state = f"stopped by {self.stopped_by}" if self.stopped_by else "not at its end"
         best = f", best error {self.best.error:.2f} %" if self.best else ""
-        return f"Result({self.evaluations} evaluations in {len(self.iterations)} iterations, {self.failures} failed{best}, {state})"
+        return f"Result({self.evaluations} evaluations in {len(self.iterations)} {'batches' if self.has_posterior else 'iterations'}, {self.failures} failed{best}, {state})"
 
     @property
     def space(self) -> ParameterSpace:

@@ -105,7 +105,7 @@ def resume(
     """Go on with the campaign of a folder, to the result that it would have had if nothing had stopped it.
 
     model: needed where a function was handed over in Python; the models in the order of the experiments if there are several.
-    workers: those of the beginning by default. criteria: fields of `Stop` that replace those of the beginning, such as max_iterations=40 or s=False.
+    workers: those of the beginning by default. criteria: fields of `Stop` that replace those of the beginning, such as max_evaluations=200, or s=False by the paper's method.
     A campaign that is at its end then goes on, bit for bit to what it would have given by these criteria from the start; they are kept.
     Raises InputError where the folder holds no campaign, or one that another process is running; and for criteria by which it would have ended
     before it did, or would not go on.

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
-from graincal.campaign.calibration import POSTERIOR, Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
 from graincal.campaign.description import describe, describe_first_look, describe_stop, restore
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.provenance import provenance
@@ -156,7 +156,7 @@ class Store:
     def other_samples(self, iteration: int) -> InputError:
         """What to say where an iteration comes out with other samples than are stored."""
         return InputError(
-            f"{self.folder}: iteration {iteration} comes out with other samples than are stored, so this campaign can only go on with what "
+            f"{self.folder}: {round_of(self.description['method'])} {iteration} comes out with other samples than are stored, so this campaign can only go on with what "
             "it was begun with: " + ", ".join(f"{name} {value}" for name, value in self.provenance.items()) + "."
         )
 

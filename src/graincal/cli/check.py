@@ -91,6 +91,7 @@ def _expectation(calibration: Calibration) -> list[str]:
     from graincal.cli.text import duration
     from graincal.execution import available_cores
     from graincal.inference import PosteriorFilter
+    from graincal.inference.posterior_filter import REPLICATES
 
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
     samples = len(filter.under_way[0])
@@ -106,8 +107,11 @@ def _expectation(calibration: Calibration) -> list[str]:
     with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
     if isinstance(filter, PosteriorFilter):
         most = filter.most_evaluations
+        if most:
+            # Batches are whole, and the runs at the answer come last.
+            most -= (most - samples - REPLICATES) % filter.batch
         limit = f", at most {most} evaluations, {duration(seconds * max(1.0, most / samples))} {with_workers}" if most else f" {with_workers}"
         return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {filter.batch} in each batch until the posterior has settled{limit}. The filter itself takes some seconds more after each batch."]
-    iterations = calibration.stop.most_iterations
+    iterations = calibration.stop.max_iterations
     most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
     return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]

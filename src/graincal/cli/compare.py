@@ -23,7 +23,7 @@ def compare(
     from graincal.campaign import Result
     from graincal.campaign.comparison import compare as compare_campaigns
     from graincal.campaign.prediction import predict
-    from graincal.cli.comparison import read_comparison
+    from graincal.cli.comparison import read_comparison, say_how_it_was_read
     from graincal.cli.predict import chosen_experiment, predicted_test
 
     results = {str(folder): Result.read(folder) for folder in folders}
@@ -41,6 +41,7 @@ def compare(
             reference = read_comparison(against, test.confining_pressure)
             prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)
             scores[name] = prediction.against(reference)
+        say_how_it_was_read(against, reference)
         ranked = compare_campaigns(results, scores)
     elif confining_pressure is not None or experiment is not None:
         option = "--experiment" if confining_pressure is None else "--confining-pressure"

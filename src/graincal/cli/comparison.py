@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import typer
 
 from graincal.campaign.config import read_references
 from graincal.data import InputError, Reference
@@ -23,6 +24,12 @@ def read_comparison(path: Path, confining_pressure: float) -> Reference:
     if missing := [name for name in reference.names if name not in RETURNED]:
         raise InputError(f"{path}: a triaxial test returns {', '.join(RETURNED)}, and the reference holds {missing[0]}.")
     return reference
+
+
+def say_how_it_was_read(path: Path, reference: Reference) -> None:
+    """What was taken for granted of a reference, beside a command's results."""
+    for note in reference.notes:
+        typer.echo(f"{path}: {note}", err=True)
 
 
 def files_of(path: Path) -> list[Path]:

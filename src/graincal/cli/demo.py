@@ -18,7 +18,7 @@ def demo(
     workers: Workers = "all",
     quiet: Quiet = False,
 ) -> None:
-    """A whole calibration on an embedded default, with its report: two to four minutes on two cores.
+    """A whole calibration on an embedded default, with its report: one to three minutes on two cores.
 
     A synthetic triaxial test at known parameters is calibrated as if it were measured: 500 particles, all five parameters over their full ranges.
     """

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from graincal.models import StressPathTest
 
 
+FEW = 20
+"""Simulations below which an interval of 90 % has less than one of them beyond either end."""
+
+
 def predict(
     folder: Folder,
     confining_pressure: Annotated[float | None, typer.Option(help="Of the predicted test, in Pa; that of the experiment by default.")] = None,
@@ -68,6 +72,10 @@ def predict(
     if own := result.space.per_experiment:
         typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))
+    if samples < FEW:
+        typer.echo(f"Of {samples} simulations the interval is little more than the range; --samples {FEW} or more make it one of 90 %.")
+    if result.has_posterior and result.stopped_by != "posterior_shift":
+        typer.echo("The posterior has not settled by the criterion of its shift: what it predicts may yet move, too.")
     for target in (output, plot):
         if target is not None:
             typer.echo(f"Written to {target}.")
@@ -108,9 +116,11 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
 
 
 def _reference(against: Path, test: StressPathTest) -> Reference:
-    from graincal.cli.comparison import read_comparison
+    from graincal.cli.comparison import read_comparison, say_how_it_was_read
 
-    return read_comparison(against, test.confining_pressure)
+    reference = read_comparison(against, test.confining_pressure)
+    say_how_it_was_read(against, reference)
+    return reference
 
 
 def _write(prediction: Prediction, path: Path) -> None:

@@ -21,13 +21,16 @@ def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help=
 
 
 def _lines(status: dict[str, Any]) -> list[str]:
+    from graincal.campaign.calibration import round_of
     from graincal.cli.text import duration, sparkline
 
     lines = [f"{status['folder']}: {status['state']}, {status['method']}, {', '.join(status['experiments'])}"]
     lines.append(f"{status['evaluations']} evaluations, {status['failures']} failed{_stopped(status['stopped'])}, {duration(status['seconds'])} of run time")
     if (look := status["first_look"]) and look["state"] != "finished":
         lines += ["first look, before it:", *("  " + line for line in _lines(look))]
-    round_ = "batch" if status["method"] == "posterior" else "iteration"
+    elif look:
+        lines.append(f"began with a first look: {look['folder']}, {look['evaluations']} evaluations")
+    round_ = round_of(status["method"])
     if status["state"] != "finished" and (current := status["iteration"]):
         left = "" if status["seconds_left"] is None else f", about {duration(status['seconds_left'])} left in it"
         lines.append(f"{round_} {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{_stopped(current['stopped'])}{left}")

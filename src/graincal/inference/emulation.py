@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from graincal.data import ParameterSpace, Reference
+from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.early_stop import FirstStates, bounds
 from graincal.inference.emulator import Emulator, emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
@@ -82,9 +83,10 @@ def emulate(
     rng: np.random.Generator,
     before: Emulation | None = None,
     cheaper: Sequence[Emulator] | None = None,
+    near: DefensiveMixture | None = None,
 ) -> Emulation:
     """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
-    before: from fewer of the evaluations. cheaper: emulators of a first look at each reference."""
+    before: from fewer of the evaluations. cheaper: emulators of a first look at each reference. near: a density that the posterior is near to, for as long as nothing is before."""
     unit, space = evaluations.unit, evaluations.space
     emulators, likelihoods, first_states = zip(
         *(
@@ -99,7 +101,7 @@ def emulate(
     def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
 
-    explored = explore(space, emulated, rng, near=before and before.explored.proposal)
+    explored = explore(space, emulated, rng, near=before.explored.proposal if before else near)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
     # And one that was stopped with as much as it can have at most, although the emulator says less.

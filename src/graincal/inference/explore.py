@@ -15,13 +15,13 @@ from graincal.inference.importance import log_evidence, log_importance_weights, 
 from graincal.inference.proposal import ProposalOutsideBox
 from graincal.inference.tempering import TemperedSample, temper
 
-# Particles that find the posterior; then so many draws from a density fitted to them, in rounds, until so many samples are effective.
+# Particles that find the posterior; then so many draws from each of a few densities, at most so many, until so many samples are effective.
 PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 1024, 2048, 1000, 5
 
 # A posterior that no mixture of Gaussians fits (a thin bent ridge) leaves fewer than these effective. It is then described by particles,
 TOO_FEW = 400
 
-# unless these have lost more than half of the probability that the draws have found.
+# unless these have lost more than half of the probability that the draws have found for sure (three standard deviations).
 MOST_LOST = np.log(2)
 
 
@@ -78,26 +78,24 @@ def explore(
     wide = space.from_unit(found.wide)
     fitted = DefensiveMixture.fitted(space, space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES), rng, wide)
     draws = _Draws(space, log_likelihood, power)
-    try:
-        for proposal in (fitted,) if near is None else (near, fitted):
-            draws.add(proposal, rng)
-        least = len(draws.proposals) + 1
-        while len(draws.proposals) < least or (len(draws.proposals) < MOST_ROUNDS and draws.effective_sample_size < EFFECTIVE):
-            draws.add(DefensiveMixture.fitted(space, draws.theta, draws.weights, rng, wide), rng)
-    except ProposalOutsideBox:
-        # A density that cannot be drawn from: what was drawn before it is all there is.
-        pass
+    for proposal in (fitted,) if near is None else (near, fitted):
+        draws.add(proposal, rng)
+    least = len(draws.proposals) + 1
+    while draws.proposals and (len(draws.proposals) < least or (len(draws.proposals) < MOST_ROUNDS and draws.effective_sample_size < EFFECTIVE)):
+        if not draws.add(DefensiveMixture.fitted(space, draws.theta, draws.weights, rng, wide), rng):
+            break
     if draws.effective_sample_size >= TOO_FEW:
         return draws.explored()
     tempered = _tempered(space, [found, temper(log_likelihood, space.size, PARTICLES, rng, power=power)], draws.proposals[-1] if draws.proposals else fitted)
-    return draws.explored() if draws.log_evidence > tempered.log_evidence + MOST_LOST else tempered
+    lost = draws.log_evidence - 3 * draws.log_evidence_std > tempered.log_evidence + MOST_LOST
+    return draws.explored() if lost else tempered
 
 
 class _Draws:
     """Draws from several densities, as many from each, weighted against all of them together."""
 
     def __init__(self, space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], power: float) -> None:
-        self.space, self._of, self.power = space, log_likelihood, power
+        self.space, self._evaluate, self.power = space, log_likelihood, power
         self.proposals: list[DefensiveMixture] = []
         self.theta, self.log_likelihood, self.log_weights = np.empty((0, space.size)), np.empty(0), np.empty(0)
 
@@ -113,19 +111,26 @@ class _Draws:
     def log_evidence(self) -> float:
         return log_evidence(self.log_weights, len(self.log_weights)) if self.proposals else -np.inf
 
-    def add(self, proposal: DefensiveMixture, rng: np.random.Generator) -> None:
-        """Draw from one more density. Raises ProposalOutsideBox where it cannot be drawn from."""
-        new = proposal.draw(DRAWS, rng)
+    @property
+    def log_evidence_std(self) -> float:
+        size = len(self.log_weights)
+        return float(np.sqrt(max(size * np.sum(self.weights**2) - 1, 0) / size)) if self.proposals else np.inf
+
+    def add(self, proposal: DefensiveMixture, rng: np.random.Generator) -> bool:
+        """Draw from one more density, if it can be drawn from."""
+        try:
+            new = proposal.draw(DRAWS, rng)
+        except ProposalOutsideBox:
+            return False
         self.proposals.append(proposal)
         self.theta = np.concatenate([self.theta, new])
-        self.log_likelihood = np.concatenate([self.log_likelihood, self._of(self.space.to_unit(new))])
+        self.log_likelihood = np.concatenate([self.log_likelihood, self._evaluate(self.space.to_unit(new))])
         densities = np.array([each.log_density(self.theta) for each in self.proposals])
         self.log_weights = log_importance_weights(self.power * self.log_likelihood - self.space.log_volume, densities, np.full(len(self.proposals), DRAWS))
+        return True
 
     def explored(self) -> Explored:
-        size = len(self.log_weights)
-        std = float(np.sqrt(max(size * np.sum(self.weights**2) - 1, 0) / size))
-        return Explored(self.theta, self.log_weights, self.log_likelihood, self.log_evidence, std, self.proposals[-1])
+        return Explored(self.theta, self.log_weights, self.log_likelihood, self.log_evidence, self.log_evidence_std, self.proposals[-1])
 
 
 def _tempered(space: ParameterSpace, samples: list[TemperedSample], proposal: DefensiveMixture) -> Explored:

@@ -121,6 +121,11 @@ class PosteriorFilter(AskTellFilter):
         return self._finished
 
     @property
+    def answered(self) -> bool:
+        """Whether the last batch was the runs at the answer, which are not there to move the posterior."""
+        return self._replicated and self._finished
+
+    @property
     def evaluations(self) -> Evaluations:
         """Everything told, of complete batches."""
         return self._evaluations
@@ -189,7 +194,14 @@ class PosteriorFilter(AskTellFilter):
             self._emulations = [each and replace(each, first_states=()) for each in self._emulations]
             self._emulations.append(
                 emulate(
-                    self._evaluations, self.references, self.errors, self.scatters, self._rng("emulate", len(self._iterations)), before, self._cheaper
+                    self._evaluations,
+                    self.references,
+                    self.errors,
+                    self.scatters,
+                    self._rng("emulate", len(self._iterations)),
+                    before,
+                    self._cheaper,
+                    self._start if self._cheaper else None,
                 )
             )
             self._weighed.append(None)
@@ -279,9 +291,8 @@ class PosteriorFilter(AskTellFilter):
         shift = max(self.shift(), self.shift(1))
         if self.emulator and stop.posterior_shift is not False and shift <= stop.posterior_shift:
             met["posterior_shift"] = f"the last two batches moved the posterior by at most {shift:.2f} standard deviations, and {stop.posterior_shift:g} is enough"
-        batches = stop.max_iterations if self.emulator else stop.most_iterations
-        if batches and self._batches_asked >= batches:
-            met["max_iterations"] = f"the limit of {batches} batches is reached"
+        if stop.max_iterations is not False and self._batches_asked >= stop.max_iterations:
+            met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
         most = self.most_evaluations
         if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
             met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {most}"

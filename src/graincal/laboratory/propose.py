@@ -16,7 +16,7 @@ from graincal.inference import DEFAULT_METHOD
 from graincal.inference.posterior_filter import EVALUATIONS_PER_PARAMETER
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
-from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, STRESS_MEASURES, unsheared
+from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, STRAINS, STRESS_MEASURES, unsheared
 from graincal.laboratory.units import UNITS
 
 _DELIMITER_WORDS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
@@ -182,15 +182,22 @@ def _parameters(space: ParameterSpace) -> str:
 
 
 def _experiment(file: LaboratoryFile, observables: list[str]) -> list[str]:
-    shares = ", ".join(f"{name} = {{ variance_share = {1 / len(observables):g} }}" for name in observables)
+    errors = ", ".join(f"{name} = {{ {_error(file, name)} }}" for name in observables)
     return [
         "[[experiment]]",
         f"name        = {_quote(Path(file.path).stem)}",
         'control     = "axial_strain"',
-        "# CHECK: 1 % of its peak is taken for the error of each observable. State yours, such as relative_error = 0.01, or measurement_error = 0.0005 for a strain",
-        "# and step = 0.01 for a curve that was read from paper: intervals of the parameters are about in proportion to them.",
-        f"observables = {{ {shares} }}   # the smaller a share, the more that observable is trusted",
+        "# CHECK the errors of the measurement, of which intervals of the parameters are in proportion; as standard deviations: 1 % of each value, or of a strain's peak.",
+        "# Add step = ... (of the display, or to which a curve was read from paper).",
+        f"observables = {{ {errors} }}",
     ]
+
+
+def _error(file: LaboratoryFile, name: str) -> str:
+    """An error of 1 %, to be corrected: of each value, or where an observable crosses zero, of the largest."""
+    column = file.reference.get(name)
+    peak = 0.0 if column is None else max(map(abs, column.range)) * UNITS[column.unit].factor
+    return f"measurement_error = {0.01 * peak:.1g}" if name in STRAINS and peak > 0 else "relative_error = 0.01"
 
 
 def _model(file: LaboratoryFile, confining_pressure: float | None, grains: tuple[list[str], str]) -> list[str]:

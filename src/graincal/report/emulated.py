@@ -191,5 +191,5 @@ class Emulated:
         added = emulator.added(self.result.filter.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(reference, errors, emulator.centre[rows], emulator.basis[rows], added)
         space = self.result.space
-        found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0))
+        found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0), near=self.emulation.explored.proposal)
         return Posterior(space.names, found.theta, found.weights).std() / self._prior

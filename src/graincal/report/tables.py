@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
 
 import numpy as np
 
 from graincal.campaign import Calibration, Experiment, Result
 from graincal.campaign.calibration import CRITERIA
-from graincal.campaign.description import describe_stop
 from graincal.campaign.errors import describe_errors
 from graincal.inference import PosteriorFilter
 from graincal.models import StressPathTest
@@ -157,7 +156,7 @@ def of_provenance(result: Result) -> Table:
     """What the result was computed with."""
     calibration = result.calibration
     settings = _settings(calibration)
-    limits = {name: limit for name, limit in describe_stop(calibration.method, result.stop).items() if name in CRITERIA[calibration.method]}
+    limits = {name: limit for name, limit in asdict(result.stop).items() if name in CRITERIA[calibration.method]}
     if result.has_posterior:
         limits["max_evaluations"] = calibration.blank_filter().most_evaluations or False
     stops = {name.replace("_", " "): "off" if limit is False else f"{limit:g}" for name, limit in limits.items()}

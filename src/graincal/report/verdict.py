@@ -38,7 +38,8 @@ def found(result: Result, emulated: Emulated | None) -> tuple[tuple[str, tuple[s
     """What was found: headings, and the paragraphs under each."""
     if emulated is None:
         return (("Fit", (_nothing(result),)), ("End", (_ending(result),)))
-    said = [("Parameters", tuple(_sentence(emulated, k) for k in range(result.space.size))), ("Identified", (_identified(emulated),))]
+    said = [("Preliminary", (warning,))] if (warning := _preliminary(result, emulated)) else []
+    said += [("Parameters", tuple(_sentence(emulated, k) for k in range(result.space.size))), ("Identified", (_identified(emulated),))]
     if ridges := _ridges(emulated):
         said.append(("Ridges", (ridges,)))
     if modes := _modes(emulated):
@@ -63,8 +64,8 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
         )
     if emulated.unsure > MUCH_UNSURE:
         said.append(
-            f"{100 * emulated.unsure:.0f} % of the probability lies where too few runs were made to know whether the parameters fit: the intervals are wide for want of runs "
-            "there, not for what the test says. More evaluations would narrow them."
+            f"{100 * emulated.unsure:.0f} % of the probability lies where too few runs were made to know whether the parameters fit: the intervals say where runs are wanting "
+            "as much as what the test says. More evaluations would narrow them, and may move them."
         )
     if emulation.coverage < LEAST_COVERAGE:
         said.append(
@@ -138,12 +139,19 @@ def _sentence(emulated: Emulated, k: int) -> str:
 
 def _identified(emulated: Emulated) -> str:
     labels, said = [shown.label for shown in parameters(emulated.result.space)], []
-    if _unsettled(emulated.result):
-        said.append("As it stands, and it has not settled:")
+    if _preliminary(emulated.result, emulated):
+        said.append("So far:")
     for word in ("identified", "weakly identified", "not identified"):
         if members := [label for label, verdict in zip(labels, verdicts(emulated)) if verdict == word]:
             said.append(f"{word[0].upper()}{word[1:]}: {_listed(members)}.")
     return " ".join(said)
+
+
+def _preliminary(result: Result, emulated: Emulated) -> str:
+    """What is to be read before anything else, where more evaluations would say something else; nothing where they would not."""
+    if emulated.unsure > 0.5:
+        return f"Preliminary: {100 * emulated.unsure:.0f} % of the probability lies where too few runs were made. What follows may yet move by more than its intervals say."
+    return "Preliminary: the posterior has not settled. What follows may yet move." if _unsettled(result) else ""
 
 
 def _unsettled(result: Result) -> str:
@@ -182,7 +190,7 @@ def _answer(result: Result, emulated: Emulated) -> str:
     known = np.isfinite(answer.errors)
     repeated = bool(known.any()) and answer.spread <= numbers.ALIKE * answer.mean
     if known.any():
-        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε, Eq. 6).")
+        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε, Eq. 6; mean ± sd of the runs).")
         if repeated:
             said.append("The runs, a billionth of the ranges apart, are alike: the model does not scatter.")
     if len(answer.errors) and not known.all():
@@ -192,6 +200,11 @@ def _answer(result: Result, emulated: Emulated) -> str:
     if best and best.sample in answer.samples:
         closest = f"The luckiest of them, at {best.error:.3g} %, is the closest of all {numbers.count(result.evaluations, 'run')}."
         said.append(f"None of {numbers.count(result.evaluations, 'run')} is closer." if repeated else closest)
+    elif best and best.error < answer.mean - FAR * max(answer.spread, numbers.ALIKE * answer.mean):
+        said.append(
+            f"Sample {best.sample} is closer by ε, {best.error:.3g} %, and by more than these runs scatter: the answer is chosen by the likelihood, which forgives errors that are "
+            "alike along a curve, as those of a device, sooner than ε does."
+        )
     elif best:
         said.append(f"The luckiest of {numbers.count(result.evaluations, 'run')} (sample {best.sample}) is {best.error:.3g} % from it; that its error is the least is partly chance.")
     said.append(f"{_causes(result)} alone lead to {emulated.expected_error():.2g} %.")
