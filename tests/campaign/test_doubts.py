@@ -7,6 +7,7 @@ from graincal import Experiment, Reference
 from graincal.campaign import Calibration
 from graincal.campaign.doubts import doubts
 from graincal.cli.text import duration
+from graincal.data import MeasurementError
 from graincal.laboratory.reading import sign_change
 from graincal.models.stress_path import unusual_parameters
 
@@ -53,6 +54,13 @@ def test_errors_in_percent_are_noted(error, noted):
     assert bool(said) == noted
     reference = Reference(STRAIN, {"volumetric_strain": DENSE}, control_step=100 * error)
     assert any("axial_strain is said to be measured to 5" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))) == noted
+
+
+@pytest.mark.parametrize(("error", "noted"), [(1.0, True), (0.05, False)])
+def test_relative_errors_in_percent_are_noted(error, noted):
+    reference = Reference(STRAIN, {"volumetric_strain": DENSE}, measurement_errors={"volumetric_strain": MeasurementError(relative=error)})
+    said = " ".join(doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1)))
+    assert ("volumetric_strain is said to be measured to 1 of each value, which is 100 %" in said) == noted
 
 
 def test_degrees_that_look_like_radians_are_noted():

@@ -50,6 +50,8 @@ def test_the_look_is_taken_first_and_its_evaluations_are_begun_with(file, whole)
     look = gc.Result.read(file.parent / "campaign" / LOOK)
     assert look.evaluations <= 20 and not look.stopped.any()
     np.testing.assert_array_equal(whole.calibration.first_look.theta, look.samples[look.complete])
+    said = CliRunner().invoke(app, ["status", str(file.parent / "campaign")]).output
+    assert f"began with a first look: {file.parent / 'campaign' / LOOK}, {look.evaluations} evaluations" in said
     # By two calls it is the same.
     named = gc.calibrate(
         list(calibration.experiments), space=calibration.space, method="posterior", seed=3, stop=calibration.stop, first_look=look, correlation_length=0.1

@@ -237,6 +237,8 @@ def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypat
         predicted = np.genfromtxt(tmp_path / "band.csv", delimiter=",", names=True)
         # Two hundred draws of sixty weighted samples, by their weights but for one draw each: a sixtieth of a spread of 40 degrees at most.
         assert predicted["stress_ratio_mean"][-1] == pytest.approx(1 + result.posterior.mean()[number] / 100, abs=0.01)
+    few = ("predict", tmp_path / "campaign", "--path", "undrained", "--axial-strain", 0.1, "--samples", 5)
+    assert "Of 5 simulations the interval is little more than the range" in call(*few)[1] and call(*few, "--quiet") == (0, "", "")
     report = result.report(tmp_path / "report.html").read_text()
     # The lines that simulate it again have the value of their experiment, and the prediction that of the highest pressure.
     low, high, predicted = (line for line in report.split("\n") if "graincal simulate triaxial" in line)

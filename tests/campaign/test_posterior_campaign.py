@@ -63,6 +63,11 @@ def test_it_finds_the_truth_within_its_own_spread(result):
     assert result.log_evidence == result.filter.log_evidence and np.isfinite(result.log_evidence)
 
 
+def test_the_runs_at_the_answer_move_nothing(result):
+    first, second, answer = (learnt.posterior_shift for learnt in result.learnt)
+    assert np.isnan(first) and second == result.filter.shift(1) and np.isnan(answer)
+
+
 def test_infeasible_parameters_are_told_as_such(result):
     impossible = result.samples.sum(axis=1) > 1.5
     assert impossible.any()

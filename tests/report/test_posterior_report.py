@@ -66,7 +66,8 @@ def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(resu
         assert words in text, words
     assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "fit about as well", "most probable sample"))
     assert page.loaded == []
-    assert summarise(result).splitlines()[0].startswith("φ is identified: ")
+    first, second = summarise(result).splitlines()[:2]
+    assert first.startswith("Preliminary: the posterior has not settled.") and second.startswith("φ is identified: ")
 
 
 def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulated):
@@ -149,6 +150,26 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
+
+
+def test_a_sample_that_is_closer_than_scatter_explains_is_not_called_lucky(result, emulated):
+    # Runs at the answer that are 5 % from the reference and scatter by 0.1 %, where one of the batches before is next to none from it.
+    last = result.iterations[-1]
+    apart = copy(result)
+    apart.iterations = (*result.iterations[:-1], replace(last, errors=np.array([4.9, 5.0, 5.1])))
+    apart.errors = np.concatenate([iteration.errors for iteration in apart.iterations])
+    said = dict(verdict.found(apart, emulated))["Answer"][0]
+    assert f"Sample {apart.best.sample} is closer by ε" in said and "more than these runs scatter" in said and "chance" not in said
+
+
+def test_what_may_yet_move_is_said_first(result, emulated):
+    assert verdict.found(result, emulated)[0] == ("Caution", ("Preliminary: the posterior has not settled. What follows may yet move.",))
+    settled = copy(result)
+    settled.stopped_by = "posterior_shift"
+    assert verdict.found(settled, emulated)[0][0] == "Parameters"
+    unsure = copy(emulated)
+    unsure.__dict__["unsure"] = 0.97
+    assert verdict.found(settled, unsure)[0][1][0].startswith("Preliminary: 97 % of the probability lies where too few runs were made.")
 
 
 def test_before_the_end_it_says_what_is_known_so_far(result, tmp_path):

@@ -38,7 +38,7 @@ def found(result: Result, emulated: Emulated | None) -> tuple[tuple[str, tuple[s
     """What was found: headings, and the paragraphs under each."""
     if emulated is None:
         return (("Fit", (_nothing(result),)), ("End", (_ending(result),)))
-    said = [("Preliminary", (warning,))] if (warning := _preliminary(result, emulated)) else []
+    said = [("Caution", (warning,))] if (warning := _preliminary(result, emulated)) else []
     said += [("Parameters", tuple(_sentence(emulated, k) for k in range(result.space.size))), ("Identified", (_identified(emulated),))]
     if ridges := _ridges(emulated):
         said.append(("Ridges", (ridges,)))
