@@ -228,18 +228,32 @@ def test_an_import_that_ends_its_process_is_told_from_a_script_without_a_guard(m
     assert ended.returncode == 1 and 'not guarded by: if __name__ == "__main__"' in ended.stderr
 
 
-def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_started(tmp_path):
+# As a terminal does: to the whole group. After a while, when processes are being started or were; and just when one has been, of which nobody knows yet.
+AFTER_A_WHILE = "threading.Timer(1.5, lambda: os.killpg(0, signal.SIGINT)).start()"
+AS_ONE_STARTS = """
+            from multiprocessing.popen_spawn_posix import Popen
+            launch = Popen._launch
+            def interrupted(self, process):
+                launch(self, process)
+                Popen._launch = launch
+                threading.Thread(target=os.killpg, args=(0, signal.SIGINT)).start()
+                time.sleep(0.5)
+            Popen._launch = interrupted
+"""
+
+
+@pytest.mark.parametrize("interrupt", [AFTER_A_WHILE, AS_ONE_STARTS], ids=["after a while", "as one starts"])
+def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_started(tmp_path, interrupt):
     # A worker imports the script of its owner before anything else, and this script takes a minute for it.
     script = tmp_path / "slow.py"
-    script.write_text(textwrap.dedent("""
+    script.write_text(textwrap.dedent(f"""
         import os, signal, sys, threading, time
         if __name__ == "__mp_main__":
             time.sleep(60)
         if __name__ == "__main__":
             import numpy as np
             from graincal import PythonModel, Samples
-            # As a terminal does: to the whole group.
-            threading.Timer(1.5, lambda: os.killpg(0, signal.SIGINT)).start()
+            {interrupt}
             print("ready", flush=True)
             list(PythonModel("math:sin").evaluate(Samples(np.arange(2), np.zeros((2, 1)), ("a",)), at=np.arange(3.0), workers=2))
     """))

@@ -15,6 +15,7 @@ from math import inf
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
+from types import FrameType
 from typing import Any, TypeVar
 
 from graincal.data import Failure, InputError
@@ -196,7 +197,7 @@ class _Process:
         self.executor = ProcessPoolExecutor(1, mp_context=self._context, initializer=_live_while_open, initargs=(reader,))
         self.ready_at = inf
         try:
-            with _sigint_blocked():
+            with _sigint_later():
                 # Before anything of the user's: whether a process can run at all.
                 self._alive = self.executor.submit(os.getpid)
             self.started = self.executor.submit(_make_ready, prepare)
@@ -259,13 +260,26 @@ class _OneProcess(SpawnContext):
 
 
 @contextmanager
-def _sigint_blocked() -> Iterator[None]:
-    """A process that is begun meanwhile does not hear Ctrl-C until it asks to: what it means is the owner's affair."""
+def _sigint_later() -> Iterator[None]:
+    """What Ctrl-C means here it means at the end: broken off in between, a process would live on of which nobody knows.
+
+    A process that is begun meanwhile does not hear Ctrl-C until it asks to: what it means is the owner's affair.
+    """
+    # Blocked in this thread, whose mask a process inherits, it still reaches the owner by another thread.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # Handlers run in the main thread, and can be set there alone.
+    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+    heard: list[tuple[int, FrameType | None]] = []
+    if callable(handler):
+        signal.signal(signal.SIGINT, lambda *arguments: heard.append(arguments))
     try:
         yield
     finally:
+        if callable(handler):
+            signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if heard:
+            handler(*heard[0])
 
 
 def _live_while_open(lifeline: Connection) -> None:
