@@ -11,6 +11,7 @@ from graincal.campaign import Experiment
 from graincal.campaign.calibration import Calibration
 from graincal.data import Failure, ParameterSpace, Reference, Response
 from graincal.dem.packing import Packing
+from graincal.inference import Stop
 from graincal.models import TriaxialTest
 
 TRUTH = {"log_E": 8.6, "nu": 0.25, "phi": 32.0, "beta_m": 0.15, "eta_m": 0.35}
@@ -43,10 +44,11 @@ def first_curve(grains: Packing) -> Response:
 
 
 def calibration(grains: Packing, measured: Reference, *, workers: int | Literal["all"] = "all", seed: int = 1) -> Calibration:
-    """All five parameters over the paper's ranges, by all defaults."""
+    """All five parameters over the paper's ranges, by the defaults, with some more evaluations for the posterior to settle."""
     return Calibration(
         ParameterSpace.paper(),
         [Experiment("demo", TriaxialTest(grains, CONFINING_PRESSURE), measured)],
+        stop=Stop(max_evaluations=160),
         seed=seed,
         workers=workers,
         truth=TRUTH,
