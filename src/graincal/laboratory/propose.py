@@ -187,7 +187,7 @@ def _experiment(file: LaboratoryFile, observables: list[str]) -> list[str]:
         "[[experiment]]",
         f"name        = {_quote(Path(file.path).stem)}",
         'control     = "axial_strain"',
-        "# CHECK the errors of the measurement, of which intervals of the parameters are in proportion; as standard deviations: 1 % of each value, or of a strain's peak.",
+        "# CHECK the errors of the measurement, as standard deviations: 1 % of each value, or of a strain's peak. Intervals of the parameters are about in proportion to them.",
         "# Add step = ... (of the display, or to which a curve was read from paper).",
         f"observables = {{ {errors} }}",
     ]

@@ -21,6 +21,8 @@ ROUGH = 0.1
 LEAST_COVERAGE = 0.8
 MUCH_UNSURE = 0.2
 """Of the probability, where the emulator does not know, from which the intervals are wide for it."""
+MOSTLY_UNSURE = 0.5
+"""The same, from which all that is said is preliminary, whether it has settled or not."""
 MANY_RUNS, LARGEST_K = 200, 0.7
 MANY_FAILURES = 0.1
 FAR = 3.0
@@ -149,7 +151,7 @@ def _identified(emulated: Emulated) -> str:
 
 def _preliminary(result: Result, emulated: Emulated) -> str:
     """What is to be read before anything else, where more evaluations would say something else; nothing where they would not."""
-    if emulated.unsure > 0.5:
+    if emulated.unsure > MOSTLY_UNSURE:
         return f"Preliminary: {100 * emulated.unsure:.0f} % of the probability lies where too few runs were made. What follows may yet move by more than its intervals say."
     return "Preliminary: the posterior has not settled. What follows may yet move." if _unsettled(result) else ""
 
