@@ -6,7 +6,8 @@ Three references, of other parameters and packings each, drained to 20 % of axia
 scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
 parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method is
 through when their mean error is at most 1.2 times the floor. Those three are not counted; runs that "posterior, early stop" stops are. "posterior, first look" begins with a calibration of the same
-reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. Finished calibrations are kept in the file of results
+reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. "posterior, three packings" spreads its runs over the calibration's
+packing and two more that are prepared, of which that of the reference is then one more. Finished calibrations are kept in the file of results
 and not run again.
 """
 
@@ -33,7 +34,7 @@ OBSERVABLES = ("stress_ratio", "volumetric_strain")
 TRUTHS = {"own packing": (8.72, 0.227, 28.1, 0.079, 0.569), "other packing": (8.0, 0.3, 38.0, 0.3, 0.4), "prepared packing": (9.4, 0.15, 22.0, 0.2, 0.6)}
 CONFINING_PRESSURE = 0.5e6
 
-METHODS = ("posterior", "posterior, first look", "posterior, early stop", "iterative-bayesian")
+METHODS = ("posterior", "posterior, first look", "posterior, early stop", "posterior, three packings", "iterative-bayesian")
 LOOK = {"first_batch": 60, "batch": 20, "stop": Stop(max_evaluations=160, max_iterations=False, posterior_shift=False)}
 
 # What a curve of a simulation is read to, of its peak: its own scatter is the simulator's, which the posterior learns.
@@ -70,7 +71,7 @@ def main() -> None:
     print_table(done)
 
 
-def _test(packing: gc.Packing, density_scaling: float = 1e3) -> gc.TriaxialTest:
+def _test(packing: gc.Packing | list[gc.Packing], density_scaling: float = 1e3) -> gc.TriaxialTest:
     return gc.TriaxialTest(packing, CONFINING_PRESSURE, density_scaling=density_scaling)
 
 
@@ -112,7 +113,8 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
     else:
         only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=arguments.max_iterations)
         filter = IterativeBayesianFilter(SPACE, reference, seed=seed, stop=only_s)
-    test = _test(packing)
+    several = method == "posterior, three packings"
+    test = _test([packing, *(prepare(1000, 0.68, seed=other) for other in (2, 3))] if several else packing)
     limit = 1.2 * floor
     start = time.perf_counter()
     while not filter.finished:

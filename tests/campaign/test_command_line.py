@@ -28,21 +28,6 @@ PACKING = Path(demo.__file__).with_name("packing_500.csv")
 TWO_ITERATIONS = ("max_iterations = 3", "max_iterations = 2")
 
 
-class Called:
-    """Runs a command in this process: its exit code, and what it printed to `out` and `err`."""
-
-    def __init__(self, capsys, *arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        self.code = ended.value.code or 0
-        self.out, self.err = capsys.readouterr()
-
-
-@pytest.fixture
-def call(capsys):
-    return lambda *arguments: Called(capsys, *arguments)
-
-
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory):
     """A folder with a calibration file and its finished campaign."""

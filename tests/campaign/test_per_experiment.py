@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal import demo
 from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
 from graincal.campaign.description import describe
 from graincal.campaign.export import export_csv, export_json
 from graincal.campaign.status import status
 from graincal.campaign.store import Store
-from graincal.cli import main
 from graincal.models import StressPathTest
 
+from . import frictional
 from .hyperbola import SPACE as SHARED
 from .hyperbola import STRAIN, respond, write_calibration
 from .test_campaign import assert_same
@@ -181,14 +180,13 @@ model       = { kind = "python", function = "soil:respond" }
 [filter]'''
 
 
-def test_a_calibration_file_says_it_by_a_key(tmp_path, capsys):
+def test_a_calibration_file_says_it_by_a_key(tmp_path, call):
     own = ("strength  = { range = [0, 1] }", "strength  = { range = [0, 1], per_experiment = true }")
     path = write_calibration(tmp_path, own, ("[filter]", SECOND), ("= 3\ns", "= 1\ns"))
     assert read_calibration(path).space.names == ("strength (drained)", "strength (loose)", "dilatancy")
     for arguments in (["check", path], ["calibrate", path, "-o", tmp_path / "campaign"], ["status", tmp_path / "campaign"]):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        assert not ended.value.code and "strength (loose)" in capsys.readouterr().out
+        called = call(*arguments)
+        assert called.code == 0 and "strength (loose)" in called.out
     path = write_calibration(tmp_path, (own[0], own[1].replace("true", '"yes"')))
     with pytest.raises(gc.InputError) as error:
         read_calibration(path)
@@ -199,46 +197,29 @@ def test_a_calibration_file_says_it_by_a_key(tmp_path, capsys):
     assert str(error.value) == f'{path}: parameters: two unknowns would be called "strength (loose)"; give the parameters, or the experiments, other names.'
 
 
-class Engine:
-    """Closed formulas in place of the engine: the ratio and the strain of a soil whose strength is its friction and whose dilatancy is its rolling strength."""
-
-    @staticmethod
-    def evaluate(test, samples, at, workers=None):
-        nothing = np.zeros(len(at))
-        for row, (log_modulus, _, friction, _, rolling) in enumerate(test.arrange(samples)):
-            columns = {**dict.fromkeys(test.returned, nothing), "stress_ratio": 1 + friction / 10 * at, "volumetric_strain": at * (0.1 - rolling), "void_ratio": 0.7 + nothing}
-            columns |= {"mean_stress": nothing + log_modulus, "steps": 1.0 + nothing}
-            yield row, gc.Response(at, columns, {"seconds": 0.01, "steps": 100})
-
-
-def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(StressPathTest, "evaluate", Engine.evaluate)
-    packing = gc.Packing.read(f"{os.path.dirname(demo.__file__)}/packing_500.csv")
+def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypatch, call):
+    monkeypatch.setattr(StressPathTest, "evaluate", frictional.evaluate)
     space = gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)}, units={"phi": "deg"}, per_experiment=["phi"])
 
     def experiment(name, pressure, friction):
-        test = gc.TriaxialTest(packing, pressure, fixed={"log_E": 8, "nu": 0.2, "beta_m": 0.1})
-        curves = {"stress_ratio": 1 + friction / 10 * STRAIN, "volumetric_strain": STRAIN * (0.1 - 0.3)}
-        return gc.Experiment(name, test, gc.Reference(STRAIN, curves))
+        test = gc.TriaxialTest(frictional.packing(), pressure, fixed={"log_E": 8, "nu": 0.2, "beta_m": 0.1})
+        return gc.Experiment(name, test, gc.Reference(STRAIN, frictional.curves(friction, 0.3, STRAIN)))
 
     tests = [experiment("low", 1e5, 40.0), experiment("high", 5e5, 20.0)]
     result = gc.calibrate(tests, space=space, folder=tmp_path / "campaign", workers=1, **ITERATIVE)
     theta = result.most_probable.theta
     assert theta[0] > theta[1] + 10
 
-    def call(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        return (ended.value.code or 0, *capsys.readouterr())
-
     for number, name in enumerate(("low", "high")):
-        code, out, _ = call("predict", tmp_path / "campaign", "--experiment", name, "--path", "undrained", "--axial-strain", 0.1, "--samples", 200, "-o", tmp_path / "band.csv")
-        assert code == 0 and f'Predicts with the value of phi in "{name}".' in out
+        called = call("predict", tmp_path / "campaign", "--experiment", name, "--path", "undrained", "--axial-strain", 0.1, "--samples", 200, "-o", tmp_path / "band.csv")
+        assert called.code == 0 and f'Predicts with the value of phi in "{name}".' in called.out
         predicted = np.genfromtxt(tmp_path / "band.csv", delimiter=",", names=True)
         # Two hundred draws of sixty weighted samples, by their weights but for one draw each: a sixtieth of a spread of 40 degrees at most.
         assert predicted["stress_ratio_mean"][-1] == pytest.approx(1 + result.posterior.mean()[number] / 100, abs=0.01)
     few = ("predict", tmp_path / "campaign", "--path", "undrained", "--axial-strain", 0.1, "--samples", 5)
-    assert "Of 5 simulations the interval is little more than the range" in call(*few)[1] and call(*few, "--quiet") == (0, "", "")
+    assert "Of 5 simulations the interval is little more than the range" in call(*few).out
+    quiet = call(*few, "--quiet")
+    assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
     report = result.report(tmp_path / "report.html").read_text()
     # The lines that simulate it again have the value of their experiment, and the prediction that of the highest pressure.
     low, high, predicted = (line for line in report.split("\n") if "graincal simulate triaxial" in line)

@@ -23,7 +23,7 @@ def compare(
     from graincal.campaign import Result
     from graincal.campaign.comparison import compare as compare_campaigns
     from graincal.campaign.prediction import predict
-    from graincal.cli.comparison import read_comparison, say_how_it_was_read
+    from graincal.cli.comparison import calibrated_against, read_comparison, say_how_it_was_read
     from graincal.cli.predict import chosen_experiment, predicted_test
 
     results = {str(folder): Result.read(folder) for folder in folders}
@@ -39,6 +39,8 @@ def compare(
                 typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
             test = predicted_test(chosen, None, confining_pressure)
             reference = read_comparison(against, test.confining_pressure)
+            if known := calibrated_against(result, reference):
+                raise InputError(f'{against}: a test that was held out was expected, and {name} was calibrated against this one ("{known}").')
             prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)
             scores[name] = prediction.against(reference)
         say_how_it_was_read(against, reference)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import typer
 
+from graincal.campaign import Result
 from graincal.campaign.config import read_references
 from graincal.data import InputError, Reference
 from graincal.models import TriaxialTest
@@ -30,6 +31,16 @@ def say_how_it_was_read(path: Path, reference: Reference) -> None:
     """What was taken for granted of a reference, beside a command's results."""
     for note in reference.notes:
         typer.echo(f"{path}: {note}", err=True)
+
+
+def calibrated_against(result: Result, reference: Reference) -> str | None:
+    """The experiment of a campaign whose test this is, and which it therefore cannot be said to predict; None where it is another test."""
+
+    def the_same(known: Reference) -> bool:
+        # By what was measured: the same file may have been read by another convention of strain.
+        return any(np.array_equal(known.observables[name], reference.observables[name]) for name in set(known.names) & set(reference.names))
+
+    return next((experiment.name for experiment in result.experiments if the_same(experiment.reference)), None)
 
 
 def files_of(path: Path) -> list[Path]:

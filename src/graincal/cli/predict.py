@@ -39,6 +39,7 @@ def predict(
     """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
     from graincal.campaign import Result
     from graincal.campaign.prediction import predict as predict_test
+    from graincal.cli.comparison import calibrated_against
     from graincal.cli.figures import draw_prediction
     from graincal.cli.outputs import check_figure, check_table, refuse_the_same
     from graincal.cli.strains import axial_strains
@@ -69,6 +70,8 @@ def predict(
         draw_prediction(prediction, shown, reference, plot)
     if quiet:
         return
+    if reference is not None and (known := calibrated_against(result, reference)):
+        typer.echo(f'The campaign was calibrated against this test ("{known}"): what follows says how it fits, not how it predicts.')
     if own := result.space.per_experiment:
         typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))

@@ -128,6 +128,15 @@ def rule() -> str:
     )
 
 
+def figures_of_batches() -> str:
+    """What the columns of the table of batches are, for readers."""
+    return (
+        "Shift: the most that a batch moved a parameter's posterior, its mean in standard deviations or the logarithm of its standard deviation. Held-out error: of the emulator near the "
+        "posterior, each run predicted from the others, in parts of the spread of the responses; coverage: how many runs lie in the emulator's 90 % intervals, nine in ten where these are right. "
+        "Effective runs: how many of equal weight the runs in the posterior amount to; where they are few, the posterior rests on the emulator between them."
+    )
+
+
 def _sentence(emulated: Emulated, k: int) -> str:
     result = emulated.result
     shown, name = parameters(result.space)[k], result.space.names[k]

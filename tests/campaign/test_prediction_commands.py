@@ -1,0 +1,84 @@
+"""Predicting and comparing from the command line: a soil of two parameters, and the same with a friction that is wrong."""
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal.models import StressPathTest
+
+from . import frictional
+from .frictional import STRAIN
+
+pytestmark = pytest.mark.usefixtures("fewer_draws")
+
+TRUTH = (32.0, 0.3)
+ERRORS = {"stress_ratio": 0.01, "volumetric_strain": 3e-4}
+FIXED = {"log_E": 8, "nu": 0.2, "beta_m": 0.1}
+
+
+def measured(seed):
+    """A test of that soil, with errors."""
+    rng = np.random.default_rng(seed)
+    return {name: values + ERRORS[name] * rng.standard_normal(len(STRAIN)) for name, values in frictional.curves(*TRUTH).items()}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two campaigns, "soil" and "wrong", the test that both are calibrated against, fitted.csv, and another, held_out.csv."""
+    folder = tmp_path_factory.mktemp("comparison")
+    models = {"soil": {}, "wrong": {"phi": 40.0}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+        for name, wrong in models.items():
+            space = gc.ParameterSpace({key: limits for key, limits in {"phi": (10, 50), "eta_m": (0, 1)}.items() if key not in wrong}, units={} if wrong else {"phi": "deg"})
+            test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED | wrong)
+            reference = gc.Reference(STRAIN, measured(1), measurement_errors=ERRORS)
+            gc.calibrate(test, reference, space, folder=folder / name, workers=1, stop=gc.Stop(max_iterations=3), seed=1)
+    for number, file in ((1, "fitted.csv"), (2, "held_out.csv")):
+        columns = {"axial_strain": STRAIN, **measured(number)}
+        # As many digits as it takes to read the same numbers again.
+        np.savetxt(folder / file, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def closed_form(monkeypatch):
+    monkeypatch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+
+
+def test_another_pressure_is_predicted_and_scored(call, folder, tmp_path):
+    called = call("predict", folder / "soil", "--confining-pressure", "1e6", "--against", folder / "held_out.csv", "-o", tmp_path / "band.csv", "--plot", tmp_path / "band.png")
+    assert called.code == 0 and "Predicted a triaxial test at 1000 kPa from 30 samples of the posterior" in called.out
+    assert "calibrated against" not in called.out and "log score" in called.out
+    assert (tmp_path / "band.png").stat().st_size > 0
+    band = np.genfromtxt(tmp_path / "band.csv", delimiter=",", names=True)
+    np.testing.assert_array_equal(band["axial_strain"], np.float64([f"{strain:.9g}" for strain in STRAIN]))
+    for name, values in frictional.curves(*TRUTH).items():
+        assert np.abs(band[f"{name}_mean"] - values).max() < 3 * ERRORS[name]
+
+
+def test_a_test_that_was_fitted_is_not_called_predicted(call, folder):
+    called = call("predict", folder / "soil", "--against", folder / "fitted.csv")
+    assert called.code == 0
+    assert 'The campaign was calibrated against this test ("experiment"): what follows says how it fits, not how it predicts.' in called.out
+
+
+def test_campaigns_are_ranked_by_a_test_that_was_held_out(call, folder):
+    called = call("compare", folder / "wrong", folder / "soil", "--against", folder / "held_out.csv")
+    assert called.code == 0
+    header, first, second, rule = called.out.splitlines()
+    assert "log score" in header and first.startswith(str(folder / "soil")) and second.startswith(str(folder / "wrong")) and "log score" in rule
+
+
+def test_campaigns_are_not_ranked_by_a_test_that_was_fitted(call, folder):
+    called = call("compare", folder / "wrong", folder / "soil", "--against", folder / "fitted.csv")
+    assert called.code == 1 and called.out == ""
+    said = " ".join(called.err.split())
+    assert f'{folder}/fitted.csv: a test that was held out was expected, and {folder}/wrong was calibrated against this one ("experiment").' in said
+
+
+def test_without_another_test_they_are_ranked_by_evidence(call, folder):
+    called = call("compare", folder / "wrong", folder / "soil")
+    assert called.code == 0
+    _, first, second, rule = called.out.splitlines()
+    assert first.startswith(str(folder / "soil")) and second.startswith(str(folder / "wrong")) and rule.startswith("Ranked by log evidence")
