@@ -39,13 +39,14 @@ class LinearCase:
         return np.sqrt(np.diag(self.covariance))
 
 
-def linear_case(noise: float) -> LinearCase:
-    """The case of a relative noise."""
+def linear_case(noise: float, scatter: NDArray[np.float64] | None = None) -> LinearCase:
+    """The case of a relative noise; scatter (T, T): the covariance of the reference beside its errors, where a simulation made it."""
     values = DESIGN @ np.array([1.0, 0.5, -0.3])
     deviation = noise * np.abs(values).max()
-    reference = Reference(CONTROL, {"y": values + 0.5 * deviation * np.cos(9 * CONTROL)}, measurement_errors={"y": deviation})
+    reference = Reference(CONTROL, {"y": values + 0.5 * deviation * np.cos(9 * CONTROL)}, measurement_errors={"y": deviation}, simulated=scatter is not None)
     kernel = np.exp(-np.abs(CONTROL[:, None] - CONTROL[None, :]) / CORRELATION_LENGTH)
-    factor = cho_factor(deviation**2 * kernel + (1e-6 * np.abs(reference.values).max()) ** 2 * np.eye(len(CONTROL)), lower=True)
+    covariance = deviation**2 * kernel + (1e-6 * np.abs(reference.values).max()) ** 2 * np.eye(len(CONTROL)) + (0 if scatter is None else scatter)
+    factor = cho_factor(covariance, lower=True)
     covariance = np.linalg.inv(DESIGN.T @ cho_solve(factor, DESIGN))
     mean = covariance @ DESIGN.T @ cho_solve(factor, reference.values[:, 0])
     # The box's centre is not that of the posterior.

@@ -66,9 +66,17 @@ def test_a_ridge_has_its_moments():
     reference = Reference(CONTROL, {"y": 1.0 + CONTROL}, measurement_errors={"y": MeasurementError(absolute=0.01)})
     posterior = run(space, reference, lambda theta: theta.sum(axis=1)[:, None, None] * (1 + CONTROL)[None, :, None]).posterior
     effective = 1 / np.sum(posterior.weights**2)
+    assert effective > 2000
     assert posterior.mean()[0] == pytest.approx(0.5, abs=4 * np.sqrt(1 / 12 / effective))
     assert posterior.std()[0] == pytest.approx(np.sqrt(1 / 12), rel=4 * np.sqrt(0.5 / effective))
     assert posterior.correlation()[0, 1] < -0.99
+    # Across it, generalised least squares of s on 1 + x, under errors alike over the correlation length.
+    kernel = np.exp(-np.abs(CONTROL[:, None] - CONTROL[None, :]) / CORRELATION_LENGTH)
+    precision = (1 + CONTROL) @ np.linalg.solve(0.01**2 * kernel + (2e-6) ** 2 * np.eye(len(CONTROL)), 1 + CONTROL)
+    total = posterior.samples.sum(axis=1)
+    mean = posterior.weights @ total
+    assert mean == pytest.approx(1.0, abs=4 / np.sqrt(precision * effective))
+    assert np.sqrt(posterior.weights @ (total - mean) ** 2) == pytest.approx(1 / np.sqrt(precision), rel=4 * np.sqrt(0.5 / effective))
 
 
 def linear(theta):

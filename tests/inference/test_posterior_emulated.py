@@ -12,7 +12,7 @@ from graincal.inference.error_model import error_model
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import log_likelihood, marginal
 from graincal.inference.proposal import ProposalOutsideBox
-from .linear_curves import CORRELATION_LENGTH, curves, linear_case
+from .linear_curves import CONTROL, CORRELATION_LENGTH, curves, linear_case
 
 A_HUNDRED = Stop(posterior_shift=False, max_iterations=False, max_evaluations=100)
 STRAIN = np.linspace(0.004, 0.2, 40)
@@ -95,6 +95,42 @@ def test_runs_that_scatter_do_not_narrow_or_bias_the_posterior():
     assert 0.01 <= scatter <= 0.04
 
 
+def test_the_scatter_of_a_simulated_reference_is_counted_once():
+    # Runs scatter by 6 % of the peak along the whole curve, errors are 2 %. A reference that is a run itself has both; one of a laboratory, as above, the errors alone.
+    shape = 0.06 * np.abs(curves(np.array([[1.0, 0.5, -0.3]]))).max() * (0.5 + CONTROL)
+    case, exact_case = linear_case(0.02, np.outer(shape, shape)), linear_case(0.02)
+    # The box of the wider posterior for both, and the answer to tell them apart: the sd is twice as large at the least.
+    assert np.max(case.deviation / exact_case.deviation) > 2
+    rng = np.random.default_rng(5)
+
+    def scattered(theta):
+        return curves(theta) + rng.standard_normal((len(theta), 1, 1)) * shape[:, None]
+
+    filter = finish(PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, stop=A_HUNDRED), scattered)
+    assert np.all(np.abs(filter.posterior.mean() - case.mean) <= 0.25 * case.deviation)
+    ratio = filter.posterior.std() / case.deviation
+    assert 0.8 <= ratio.min() and ratio.max() <= 1.25
+    assert filter.log_evidence == pytest.approx(case.log_evidence, abs=0.5)
+
+
+def test_an_emulator_that_predicts_nothing_is_dropped():
+    # Responses that have nothing to do with the parameters: their mean says as much of the next as any emulator.
+    rng = np.random.default_rng(2)
+    filter = PosteriorFilter(BOX, measured(np.array([0.6, 0.4, 0.7, 0.3])), stop=Stop(max_iterations=5), seed=1)
+    dropped = 0
+    while not filter.finished:
+        samples = filter.ask()
+        filter.tell(samples, test_curves(rng.random((len(samples), 4))))
+        emulation = filter.emulation
+        if not emulation.predicts:
+            dropped += 1
+            # Nothing is called settled by it, and where it expects the best fit is not among the next samples, but for the end.
+            assert filter.shift() == np.inf
+            if len(filter.iterations) < 5:
+                assert len(filter.ask()) == filter.batch and not np.any(np.all(filter.ask().theta == emulation.answer, axis=1))
+    assert dropped and filter.stopped_by == "max_iterations"
+
+
 def test_failures_that_depend_on_the_parameters_leave_the_truth_covered():
     # Stiff samples time out, among them those about the truth: the emulator fills them in from their neighbours.
     truth = np.array([0.75, 0.4, 0.7, 0.3])
@@ -103,6 +139,8 @@ def test_failures_that_depend_on_the_parameters_leave_the_truth_covered():
     assert filter.evaluations.missing.sum() > 10
     low, high = filter.posterior.interval(0.99)
     assert np.all((low <= truth) & (truth <= high))
+    # Known all the same: a fifth of the range at most, whose own sd is 0.29.
+    assert filter.posterior.std().max() < 0.2
 
 
 def test_it_stops_when_the_posterior_has_settled_and_runs_the_answer_three_times():

@@ -119,6 +119,11 @@ class Calibration:
         return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **options)
 
     @property
+    def error_options(self) -> dict[str, Any]:
+        """What is taken for granted of the references' errors, as options of `error_model`: those of the method "posterior", and its defaults by others."""
+        return {"correlation_length": self.filter_options.get("correlation_length"), "discrepancy": self.filter_options.get("discrepancy", False)}
+
+    @property
     def number_of_workers(self) -> int:
         """The evaluations that may run at once."""
         return available_cores() if self.workers == "all" else self.workers

@@ -76,6 +76,10 @@ class Campaign:
                 write_curves(Result(self.store, self.calibration, filter), self.store.folder / CURVES)
             for listener in self.listeners:
                 listener.iteration_ends(filter.iterations[-1], replayed, learnt)
+                if learnt and not learnt.predicts and not replayed:
+                    listener.remark(
+                        f"The emulator trained after batch {index} predicts runs no better than their mean does. It is dropped: another batch is drawn where the runs themselves fit."
+                    )
         self.store.stop(filter.stopped_by, filter.stopped_because)
         for listener in self.listeners:
             listener.stops(filter.stopped_by, filter.stopped_because)

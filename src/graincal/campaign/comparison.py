@@ -11,9 +11,6 @@ from graincal.campaign.result import Result
 from graincal.data import InputError
 from graincal.inference.scoring import Score
 
-# What determines the likelihood beside the references: of two campaigns both have to be the same, or their evidences are of different data.
-ERROR_OPTIONS = ("correlation_length", "discrepancy")
-
 
 @dataclass(frozen=True)
 class Contender:
@@ -55,5 +52,7 @@ def _data(result: Result) -> dict[str, object]:
     """What a likelihood is of: the references, without their notes, and what is assumed of their errors."""
     experiments: Sequence[Mapping] = describe(result.calibration)["experiments"]
     references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares")} for each in experiments]
-    options = {f"filter.{name}": result.calibration.filter_options.get(name) for name in ERROR_OPTIONS}
-    return {"the number of experiments": len(references), "their references": references, **options}
+    # What packings differ by is a part of the errors where a model has several.
+    scatter = [experiment.scatters or experiment.reference.simulated for experiment in result.experiments]
+    options = {f"filter.{name}": value for name, value in result.calibration.error_options.items()}
+    return {"the number of experiments": len(references), "their references": references, "whether the scatter of packings counts": scatter, **options}

@@ -33,6 +33,10 @@ class Model(Protocol):
         """
 
 
+# Two packings differ by one number: it says next to nothing of what a third would be.
+LEAST_PACKINGS = 3
+
+
 @dataclass(frozen=True, eq=False)
 class Experiment:
     """A test by its name, the model that runs it and the reference that was measured."""
@@ -43,8 +47,8 @@ class Experiment:
 
     @property
     def scatters(self) -> bool:
-        """Whether the model's runs are spread over several packings, of which the laboratory's sample is one more."""
-        return len(getattr(self.model, "packings", ())) > 1
+        """Whether the model's runs are spread over packings enough to know what these differ by, of which the laboratory's sample is one more."""
+        return len(getattr(self.model, "packings", ())) >= LEAST_PACKINGS
 
     def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the reference's control, its observables finite.

@@ -17,7 +17,8 @@ class Learnt:
     """What is known after a batch; NaN where there is nothing.
 
     posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`), and nothing of the runs at the answer. held_out_error: the emulators' error near the
-    posterior, as a part of the spread of the responses, of the worst experiment. coverage: the part of the held-out evaluations within their 90 % intervals.
+    posterior, as a part of the spread of the responses, of the worst experiment; held_out_ratio: over that of predicting each evaluation by the mean of the others. coverage: the part
+    of the evaluations nearest to the reference within their 90 % intervals.
     log_evidence with its standard deviation, the emulators' doubt included. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
     dropped: the part of the posterior's probability that those which were stopped early hold at most.
     """
@@ -30,6 +31,12 @@ class Learnt:
     effective_sample_size: float = math.nan
     pareto_k: float = math.nan
     dropped: float = math.nan
+    held_out_ratio: float = math.nan
+
+    @property
+    def predicts(self) -> bool:
+        """Whether the emulators say more than that responses are like those already seen; else the filter draws its next batch without them."""
+        return not self.held_out_ratio >= 1
 
     @classmethod
     def of(cls, filter: PosteriorFilter) -> Learnt:
@@ -48,6 +55,7 @@ class Learnt:
             emulation.effective_sample_size,
             emulation.pareto_k,
             emulation.dropped,
+            emulation.held_out_ratio,
         )
 
     def plain(self) -> dict[str, float | None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +21,8 @@ from graincal.inference.scoring import Score, score
 class Prediction:
     """Responses of K parameters drawn from the posterior, equally probable.
 
-    control (T,); theta (K, n); values: observables and quantities of interest, each (K, T). failures: what the other samples ended with.
+    control (T,); theta (K, n); values: observables and quantities of interest, each (K, T). failures: what the other samples ended with. error_options:
+    what the calibration took for granted of errors, as options of `score`.
     """
 
     control_name: str
@@ -28,6 +30,7 @@ class Prediction:
     theta: NDArray[np.float64]
     values: Mapping[str, NDArray[np.float64]]
     failures: tuple[Failure, ...] = field(default=())
+    error_options: Mapping[str, Any] = field(default_factory=dict)
 
     def mean(self, name: str) -> NDArray[np.float64]:
         """The mean response, (T,)."""
@@ -41,7 +44,7 @@ class Prediction:
         """Compare with a test. Raises InputError where the prediction lacks an observable of it, or is at other control values."""
         if reference.control_name != self.control_name or len(reference.control) != len(self.control) or not np.allclose(reference.control, self.control):
             raise InputError(f"the prediction is to be made at the reference's own {reference.control_name}.")
-        return score(np.stack([self._values(name) for name in reference.names], axis=2), reference, probability)
+        return score(np.stack([self._values(name) for name in reference.names], axis=2), reference, probability, **self.error_options)
 
     def _values(self, name: str) -> NDArray[np.float64]:
         if name not in self.values:
@@ -82,8 +85,8 @@ def predict(
     outcomes = dict(model.evaluate(seen, control, workers=workers or available_cores()))
     responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
     failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
-    if not responses:
-        raise InputError(f"none of the {samples} simulations gave a response, the first of them because: {failures[0].reason}")
+    if len(responses) < 2:
+        raise InputError(f"a prediction needs two responses, and {len(responses) or 'none'} of the {samples} simulations gave one; the others failed, the first because: {failures[0].reason}")
     names = next(iter(responses.values())).values
     values = {name: np.array([response.values[name] for response in responses.values()]) for name in names if name != control_name}
-    return Prediction(control_name, control, drawn.theta[list(responses)], values, failures)
+    return Prediction(control_name, control, drawn.theta[list(responses)], values, failures, result.calibration.error_options)

@@ -28,7 +28,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
-    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped} (`Learnt`), and
+    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped, held_out_ratio} (`Learnt`), and
     effective_sample_size is a number of evaluations.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
     answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} once a campaign of the method "posterior" has run the answer again.

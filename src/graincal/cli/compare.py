@@ -38,7 +38,7 @@ def compare(
             if own := result.space.per_experiment:
                 typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
             test = predicted_test(chosen, None, confining_pressure)
-            reference = read_comparison(against, test.confining_pressure)
+            reference = read_comparison(against, test.confining_pressure, chosen)
             if known := calibrated_against(result, reference):
                 raise InputError(f'{against}: a test that was held out was expected, and {name} was calibrated against this one ("{known}").')
             prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)

@@ -7,19 +7,20 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from graincal.campaign import Result
+from graincal.campaign import Experiment, Result
 from graincal.campaign.config import read_references
 from graincal.data import InputError, Reference
 from graincal.models import TriaxialTest
 from graincal.models.stress_path import RETURNED
 
 
-def read_comparison(path: Path, confining_pressure: float) -> Reference:
-    """The reference of a calibration file (.toml), of several the one at this confining pressure (Pa); or a laboratory file's.
+def read_comparison(path: Path, confining_pressure: float, measured_like: Experiment | None = None) -> Reference:
+    """The reference of a calibration file (.toml), of several the one at this confining pressure (Pa); or a laboratory file's, which says nothing of its
+    errors: they are taken to be those of an experiment, where one is given.
 
     Raises InputError where none or several fit, or where a triaxial test does not return what the reference holds.
     """
-    reference = _of_calibration(path, confining_pressure) if path.suffix == ".toml" else Reference.read(path, confining_pressure=confining_pressure)
+    reference = _of_calibration(path, confining_pressure) if path.suffix == ".toml" else _of_laboratory(path, confining_pressure, measured_like)
     if reference.control_name != "axial_strain":
         raise InputError(f"{path}: the reference's control is {reference.control_name}, and a triaxial test is compared over axial_strain.")
     if missing := [name for name in reference.names if name not in RETURNED]:
@@ -38,7 +39,8 @@ def calibrated_against(result: Result, reference: Reference) -> str | None:
 
     def the_same(known: Reference) -> bool:
         # By what was measured: the same file may have been read by another convention of strain.
-        return any(np.array_equal(known.observables[name], reference.observables[name]) for name in set(known.names) & set(reference.names))
+        shared = [(known.observables[name], reference.observables[name]) for name in set(known.names) & set(reference.names)]
+        return any(np.ptp(values) > 0 and np.array_equal(values, others) for values, others in shared)
 
     return next((experiment.name for experiment in result.experiments if the_same(experiment.reference)), None)
 
@@ -49,6 +51,18 @@ def files_of(path: Path) -> list[Path]:
         return [path]
     named = [name for entry, _ in read_references(path) for name in (entry.reference.file, getattr(entry.model, "packing", None)) if name]
     return [path, *(path.parent / name for name in named)]
+
+
+def _of_laboratory(path: Path, confining_pressure: float, measured_like: Experiment | None) -> Reference:
+    reference = Reference.read(path, confining_pressure=confining_pressure)
+    other = measured_like.reference if measured_like else reference
+    errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
+    if not errors:
+        return reference
+    taken = f'measurement errors are taken to be those of "{measured_like.name}".'
+    return Reference(
+        reference.control, reference.observables, measurement_errors=errors, control_name=reference.control_name, control_step=other.control_step, notes=(*reference.notes, taken)
+    )
 
 
 def _of_calibration(path: Path, confining_pressure: float) -> Reference:

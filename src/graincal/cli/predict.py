@@ -51,7 +51,7 @@ def predict(
     result = Result.read(folder)
     chosen = chosen_experiment(result, experiment)
     test = predicted_test(chosen, path, confining_pressure)
-    reference = _reference(against, test) if against else None
+    reference = _reference(against, test, chosen) if against else None
     if reference is not None and axial_strain is not None:
         raise InputError("--against gives the axial strains, so --axial-strain cannot stand beside it.")
     if reference is not None:
@@ -118,10 +118,10 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     return target(**(shared | changes))
 
 
-def _reference(against: Path, test: StressPathTest) -> Reference:
+def _reference(against: Path, test: StressPathTest, experiment: Experiment) -> Reference:
     from graincal.cli.comparison import read_comparison, say_how_it_was_read
 
-    reference = read_comparison(against, test.confining_pressure)
+    reference = read_comparison(against, test.confining_pressure, experiment)
     say_how_it_was_read(against, reference)
     return reference
 

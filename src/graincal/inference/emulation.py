@@ -36,9 +36,11 @@ class Emulation:
 
     posterior: weighted samples. answer (n,): where the log likelihood expected is the largest, so that neither a response that is known to be
     poor nor one that may be anything is the answer. log_evidence with its standard deviation: of the references, under the prior.
-    held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses.
-    coverage: how many of them lie in their 90 % intervals. weights (N,): of the evaluations themselves, zero where they carry none;
-    effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. dropped: the part of the
+    held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses; of_mean (E,): the
+    error there if each were predicted by the mean of the others.
+    weights (N,): of the evaluations themselves, zero where they carry none;
+    effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
+    the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
     posterior's probability that evaluations which were stopped hold at most.
     """
 
@@ -49,6 +51,7 @@ class Emulation:
     posterior: Posterior
     answer: NDArray[np.float64]
     held_out: tuple[float, ...]
+    of_mean: tuple[float, ...]
     coverage: float
     weights: NDArray[np.float64]
     pareto_k: float
@@ -66,9 +69,14 @@ class Emulation:
         return float(1 / np.sum(self.weights**2)) if self.weights.any() else 0.0
 
     @property
+    def held_out_ratio(self) -> float:
+        """The held-out error over that of the mean of the others, of the worst experiment."""
+        return max(error / of_mean if of_mean else 0.0 for error, of_mean in zip(self.held_out, self.of_mean))
+
+    @property
     def predicts(self) -> bool:
-        """Whether the emulators say more than that responses are like those already seen."""
-        return max(self.held_out) < 1
+        """Whether the emulators say more than that responses are like those already seen, which is all that a mixture of the parameters knows of them."""
+        return self.held_out_ratio < 1
 
     def log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The emulated log likelihood (M,) at points (M, n) of the unit cube."""
@@ -121,8 +129,11 @@ def emulate(
         explored,
         Posterior(space.names, explored.theta, explored.weights),
         _best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
-        tuple(float(np.sqrt(np.average(each.error**2, weights=nearness))) for each, nearness in zip(held_out, near)),
-        float(np.mean([each.within.mean() for each in held_out])),
+        *(
+            tuple(float(np.sqrt(np.average(errors**2, weights=nearness))) for errors, nearness in zip(every, near))
+            for every in ([each.error for each in held_out], [each.of_mean for each in held_out])
+        ),
+        float(np.mean([emulator.coverage for emulator in emulators])),
         weights,
         pareto_k(log_weights),
         of_runs,

@@ -19,13 +19,14 @@ from graincal.inference.warping import even_powers, warped
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Each evaluation as predicted by an emulator trained on the others.
+    """Each evaluation as predicted from the others, by kernels and components of all.
 
-    error (N,): root mean square of predicted minus found, over that of the curves about their mean. within (N, q): whether each component lies
-    in its 90 % interval, nugget included.
+    error (N,): root mean square of predicted minus found, over that of the curves about their mean. of_mean (N,): the same, were each predicted by the mean of
+    the others. within (N, q): whether each component lies in its 90 % interval, nugget included.
     """
 
     error: NDArray[np.float64]
+    of_mean: NDArray[np.float64]
     within: NDArray[np.bool_]
 
 
@@ -80,6 +81,7 @@ class Emulator:
             self.basis = np.column_stack([self.basis, cheaper.basis])
         self.truncation = scale**2 * reduction.left_out
         scores, self._complete = reduction.scores, len(unit)
+        self._from_mean = np.sqrt(np.mean((curves - middle) ** 2, axis=1)) * len(curves) / (len(curves) - 1)
         if some_begun:
             unit = np.concatenate([unit, begun[0]])
             scores = np.concatenate([scores, reduction.of_first_segments(self._varying(*begun, scale) - middle)])
@@ -93,6 +95,7 @@ class Emulator:
         self.powers = even_powers(self._processes, unit, self.powers)
         self._processes = _processes(warped(unit, self.powers), scores, [process.kernel for process in self._processes])
         self.inflation = np.ones(scores.shape[1])
+        self._judges = np.full(self._complete, 1 / self._complete)
         self.nuggets = np.array([process.nugget for process in self._processes])
         self._size = np.linalg.norm(reduction.basis, axis=0) / np.sqrt(curves.shape[1])
 
@@ -147,6 +150,12 @@ class Emulator:
         """
         errors, deviations = self._held_out()
         self.inflation = np.maximum(1.0, weights @ (errors / deviations) ** 2)
+        self._judges = weights
+
+    @property
+    def coverage(self) -> float:
+        """How much of the components of the evaluations that its variances were judged by lies in the 90 % intervals, each predicted from the others."""
+        return float(self._judges @ self.held_out().within.mean(axis=1))
 
     def curves(self, components: NDArray[np.float64], observables: int) -> NDArray[np.float64]:
         """Components (M, q) as curves (M, T, J)."""
@@ -161,7 +170,10 @@ class Emulator:
     def held_out(self) -> HeldOut:
         """How it predicts each evaluation from the others, of those that were not stopped."""
         errors, deviations = self._held_out()
-        return HeldOut(np.sqrt(np.sum((errors * self._size) ** 2, axis=1)) / self._total, np.abs(errors) <= 1.6449 * deviations)
+        # What was widened is the variance of the mean; another run scatters about that as before.
+        deviations = np.sqrt(self.inflation * (deviations**2 - self.nuggets) + self.nuggets)
+        error = np.sqrt(np.sum((errors * self._size) ** 2, axis=1))
+        return HeldOut(error / self._total, self._from_mean / self._total, np.abs(errors) <= 1.6449 * deviations)
 
 
 def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:

@@ -160,11 +160,14 @@ class PosteriorFilter(AskTellFilter):
         return source.log_evidence if source else np.nan
 
     def shift(self, last: int = 0) -> float:
-        """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation."""
-        now, before = self._posteriors()[-1 - last :][:1], self._posteriors()[-2 - last :][:1]
-        if len(self._emulations) < 2 + last or not (now[0] and before[0]):
+        """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation. Infinite where
+        there is none to compare with, and where the emulator predicts nothing (`Emulation.predicts`)."""
+        if len(self._emulations) < 2 + last:
             return np.inf
-        (now,), (before,) = now, before
+        after, earlier = self._emulations[-1 - last], self._emulations[-2 - last]
+        if not (after and earlier and after.predicts and earlier.predicts):
+            return np.inf
+        now, before = after.posterior, earlier.posterior
         with np.errstate(divide="ignore", invalid="ignore"):
             moved = np.abs(now.mean() - before.mean()) / now.std()
             stretched = np.abs(np.log(now.std() / before.std()))
@@ -321,9 +324,6 @@ class PosteriorFilter(AskTellFilter):
         return Iteration(
             len(self._iterations), batch.samples, None, batch.failed, pairs, errors, weights[None], np.nan, sample_size, mean_error, unweighted, stopped
         )
-
-    def _posteriors(self) -> list[Posterior | None]:
-        return [emulation.posterior if emulation else None for emulation in self._emulations]
 
     @property
     def _batches_asked(self) -> int:

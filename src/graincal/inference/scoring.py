@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from graincal.data import Reference
-from graincal.inference.error_model import error_model
+from graincal.inference.error_model import ErrorModel, error_model
 from graincal.inference.errors import observable_errors, sample_errors
-from graincal.inference.likelihood import log_likelihood, marginal
+from graincal.inference.likelihood import ReducedLikelihood, columns
 
 # Draws of the measurement errors for each predicted response, to find the ends of a band with.
 DRAWS = 50
@@ -20,7 +19,7 @@ DRAWS = 50
 
 @dataclass(frozen=True)
 class Score:
-    """coverage: the share of states within the band, by observable. log_score: log p(y) under the prediction, measurement errors included, for each state;
+    """coverage: the share of states within the band, by observable. log_score: log p(y) under the prediction, measurement errors included, for each value;
     the larger the better. error: that of the mean response (Hartmann, Cheng, Thornton 2022, Eq. 6), percent."""
 
     probability: float
@@ -29,13 +28,16 @@ class Score:
     error: float
 
 
-def score(responses: NDArray[np.float64], reference: Reference, probability: float = 0.9) -> Score:
-    """Compare equally probable responses (K, T, J) with a reference that they were not fitted to.
+def score(
+    responses: NDArray[np.float64], reference: Reference, probability: float = 0.9, *, correlation_length: float | None = None, discrepancy: bool = False
+) -> Score:
+    """Compare equally probable responses (K, T, J), at least two, with a reference that they were not fitted to.
 
-    A band holds the central `probability` of responses with measurement errors, state by state. The log score is that of the whole curve: the log of
-    the mean over the responses of the probability of the reference, under errors that are alike at neighbouring states (Gneiting and Raftery 2007).
+    A band holds the central `probability` of responses with measurement errors, state by state. The log score is that of the whole curve under a Gaussian
+    of the responses' mean and covariance, to which measurement errors that are alike at neighbouring states are added (Gneiting and Raftery 2007). The mean of
+    their own probabilities would be that of the luckiest response. correlation_length, discrepancy: of the errors, see `error_model`.
     """
-    errors = error_model(reference)
+    errors = error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy)
     covariance = np.tensordot(np.exp(errors.log_prior), errors.covariances, axes=1)
     states, observables = reference.values.shape
     deviation = np.sqrt(np.diag(covariance)).reshape(observables, states).T
@@ -43,11 +45,20 @@ def score(responses: NDArray[np.float64], reference: Reference, probability: flo
     possible = (responses[None] + noise).reshape(-1, states, observables)
     low, high = np.quantile(possible, [(1 - probability) / 2, (1 + probability) / 2], axis=0)
     within = (low <= reference.values) & (reference.values <= high)
-    logs = marginal(log_likelihood(responses, reference, errors), errors.log_prior)
     mean = responses.mean(axis=0)[None]
     return Score(
         probability,
         dict(zip(reference.names, within.mean(axis=0).tolist())),
-        float((logsumexp(logs) - np.log(len(logs))) / reference.values.size),
+        _log_density(responses, reference, errors) / reference.values.size,
         float(sample_errors(observable_errors(mean, reference), reference.shares)[0]),
     )
+
+
+def _log_density(responses: NDArray[np.float64], reference: Reference, errors: ErrorModel) -> float:
+    """Of the reference, where the responses are a sample of a Gaussian: one more of them differs from their mean by their covariance and by the error of that mean."""
+    curves = columns(responses)
+    mean, count = curves.mean(axis=0), len(curves)
+    basis = (curves - mean).T * np.sqrt((1 + 1 / count) / (count - 1))
+    likelihood = ReducedLikelihood.of(reference, errors, mean, basis, np.zeros((len(mean), len(mean))))
+    (log_density,) = likelihood(np.zeros((1, count)), np.ones((1, count)))
+    return float(log_density)

@@ -141,13 +141,13 @@ class Emulated:
     @cached_property
     def without_discrepancy(self) -> Posterior | None:
         """The posterior if the model were able to reproduce the test; None where no discrepancy is allowed for anyway."""
-        options = self.result.calibration.filter_options
-        if not options.get("discrepancy"):
+        options = self.result.calibration.error_options
+        if not options["discrepancy"]:
             return None
         filter = self.result.filter
         with threadpool_limits(1):
             return without_discrepancy(
-                self.emulation, self.result.space, filter.references, filter.scatters, options.get("correlation_length"), np.random.default_rng(0)
+                self.emulation, self.result.space, filter.references, filter.scatters, options["correlation_length"], np.random.default_rng(0)
             )
 
     def expected_error(self) -> float:
@@ -176,7 +176,7 @@ class Emulated:
         return np.argmin(np.sum((unit[:, None] - centres) ** 2, axis=2), axis=1)
 
     def _shrinkage_by(self, number: int, name: str) -> NDArray[np.float64]:
-        whole, emulator, options = self.result.experiments[number].reference, self.emulation.emulators[number], self.result.calibration.filter_options
+        whole, emulator = self.result.experiments[number].reference, self.emulation.emulators[number]
         place, states = whole.names.index(name), len(whole.control)
         rows = slice(place * states, (place + 1) * states)
         reference = Reference(
@@ -187,7 +187,7 @@ class Emulated:
             control_name=whole.control_name,
             control_step=whole.control_step,
         )
-        errors = error_model(reference, correlation_length=options.get("correlation_length"), discrepancy=options.get("discrepancy", False))
+        errors = error_model(reference, **self.result.calibration.error_options)
         added = emulator.added(self.result.filter.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(reference, errors, emulator.centre[rows], emulator.basis[rows], added)
         space = self.result.space

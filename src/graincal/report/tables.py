@@ -181,7 +181,7 @@ def _first_look(calibration: Calibration) -> str:
 def _settings(calibration: Calibration) -> dict[str, str]:
     used = calibration.blank_filter()
     if isinstance(used, PosteriorFilter):
-        length = calibration.filter_options.get("correlation_length")
+        length = calibration.error_options["correlation_length"]
         return {
             **({"first look": _first_look(calibration)} if calibration.first_look else {}),
             "first batch": str(used.first_batch),
@@ -189,7 +189,7 @@ def _settings(calibration: Calibration) -> dict[str, str]:
             **({"ahead": str(used.ahead)} if used.ahead else {}),
             **({"early stop": "of runs that cannot matter"} if used.early_stop else {}),
             "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
-            "discrepancy": "marginalised" if calibration.filter_options.get("discrepancy") else "none",
+            "discrepancy": "marginalised" if calibration.error_options["discrepancy"] else "none",
         }
     return {
         "alpha": f"{used.alpha:g}",

@@ -9,7 +9,7 @@ from graincal.inference.early_stop import MOST_DROPPED
 from graincal.models import StressPathTest
 from graincal.report import numbers
 from graincal.report.emulated import Emulated
-from graincal.report.findings import PROBABILITY, signed
+from graincal.report.findings import FEW, PROBABILITY, signed
 from graincal.report.quantities import Quantity, parameters, quantity
 
 IDENTIFIED, WEAKLY = 0.3, 0.7
@@ -59,7 +59,9 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     said = []
     if unsettled := _unsettled(result):
         said.append(f"The posterior has not settled: {unsettled}. More evaluations would tell.")
-    if max(emulation.held_out) > ROUGH:
+    if not emulation.predicts:
+        said.append("The emulator predicts held-out runs no better than their mean does: what is said here of the parameters cannot be relied on.")
+    elif max(emulation.held_out) > ROUGH:
         said.append(
             f"The emulator is rough: near the posterior it misses held-out runs by {100 * max(emulation.held_out):.2g} % of the spread of the responses, more than "
             f"{100 * ROUGH:g} %. Intervals are wider for it, and may be in the wrong place."
@@ -94,7 +96,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
         said.append(
             f"The answer is {numbers.value(answer.mean, 3)} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
             "or the errors are stated too small, or the answer lies where the emulator is wrong. "
-            + ("The intervals allow for a discrepancy of the model." if result.calibration.filter_options.get("discrepancy") else "The intervals leave that out; discrepancy = true allows for it.")
+            + ("The intervals allow for a discrepancy of the model." if result.calibration.error_options["discrepancy"] else "The intervals leave that out; discrepancy = true allows for it.")
         )
     if answer and FAR * answer.mean < expected:
         said.append(
@@ -132,8 +134,9 @@ def figures_of_batches() -> str:
     """What the columns of the table of batches are, for readers."""
     return (
         "Shift: the most that a batch moved a parameter's posterior, its mean in standard deviations or the logarithm of its standard deviation. Held-out error: of the emulator near the "
-        "posterior, each run predicted from the others, in parts of the spread of the responses; coverage: how many runs lie in the emulator's 90 % intervals, nine in ten where these are right. "
-        "Effective runs: how many of equal weight the runs in the posterior amount to; where they are few, the posterior rests on the emulator between them."
+        "posterior, each run predicted from the others by an emulator of the same lengths, in parts of the spread of the responses; where the mean of the others predicts no worse, it is dropped for the next batch. Coverage: how "
+        "many of the runs nearest to the reference lie in the emulator's 90 % intervals, nine in ten where these are right. Effective runs: how many of equal weight the runs in the posterior "
+        "amount to, each weighted by what the emulator says of it, also where it failed; where they are few, the posterior rests on the emulator between them."
     )
 
 
@@ -234,8 +237,19 @@ def _evidence(emulated: Emulated) -> str:
     return (
         f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(deviation, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
         f"possible and over the draws that estimate it), and {halved}: it depends on the ranges. "
-        f"{_before(result)}It compares models on the same reference, errors and ranges, and says nothing by itself."
+        f"{_of_runs(emulated)}{_before(result)}It compares models on the same reference, errors and ranges, and says nothing by itself."
     )
+
+
+def _of_runs(emulated: Emulated) -> str:
+    """What the weights of the runs alone say, where enough of them carry any: it ought to be the same."""
+    emulation, posterior = emulated.emulation, emulated.posterior
+    carried = emulation.effective_sample_size
+    if carried < FEW:
+        return ""
+    theta = emulated.result.filter.evaluations.theta
+    apart = np.max(np.abs(emulation.weights @ theta - posterior.mean()) / posterior.std())
+    return f"By the weights of the runs, worth {carried:.0f} of equal weight, it is {emulation.log_evidence_of_runs:.2f}, and means are at most {apart:.2g} sd from the posterior's. "
 
 
 def _before(result: Result) -> str:
@@ -262,10 +276,11 @@ def _nothing(result: Result) -> str:
 def _conditions(result: Result) -> list[str]:
     """What the posterior takes for granted."""
     said = []
-    alone = [experiment.name for experiment in result.experiments if isinstance(experiment.model, StressPathTest) and not experiment.scatters]
-    if alone:
-        of = f" in {_listed(alone)}" if len(result.experiments) > 1 else ""
-        said.append(f"It is conditional on this packing{of}: another of the same grading and void ratio would move the parameters, by how much one packing cannot tell.")
+    for number, packings in ((1, ("this packing", "one packing")), (2, ("these two packings", "two"))):
+        names = [each.name for each in result.experiments if isinstance(each.model, StressPathTest) and not each.scatters and len(each.model.packings) == number]
+        if names:
+            of = f" in {_listed(names)}" if len(result.experiments) > 1 else ""
+            said.append(f"It is conditional on {packings[0]}{of}: another of the same grading and void ratio would move the parameters, by how much {packings[1]} cannot tell.")
     unstated = dict.fromkeys(quantity(name).label for each in result.experiments for name in each.reference.names if name not in each.reference.measurement_errors)
     if unstated:
         said.append(f"No measurement error is stated of {_listed(list(unstated))}, and 1 % of the peak was taken: the intervals are about in proportion to it.")
