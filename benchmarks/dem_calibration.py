@@ -1,14 +1,15 @@
 """Calibrations of the engine's own triaxial test against curves that it made at known parameters: evaluations until the answer is as good as the truth.
 
-    python benchmarks/dem_calibration.py --packing packing_1000.csv --other packing_2000.csv [--methods posterior iterative-bayesian] [--seeds 1 2] [-o results.jsonl]
+    python benchmarks/dem_calibration.py --packing packing_1000.csv --other packing_2000.csv [--methods posterior iterative-bayesian] [--seeds 1 2] [-o results.jsonl] [--figure FILE]
 
 Three references, of other parameters and packings each, drained to 20 % of axial strain at 0.5 MPa: one on the calibration's own packing (at another density
 scaling), one on --other, one on a packing that `graincal pack` prepares. The floor of a reference is the mean error (Eq. 6) of three runs at the true
-parameters on the calibration's packing: what the truth itself comes to. After every batch, three fresh runs are made at the method's answer; a method is
-through when their mean error is at most 1.2 times the floor. Those three are not counted; runs that "posterior, early stop" stops are. "posterior, first look" begins with a calibration of the same
+parameters on the calibration's packing: what the truth itself comes to. Beside it stands what runs at the true parameters on that packing are apart, which is
+the same where the reference is of it. After every batch, three fresh runs are made at the method's answer; a method is
+through when their mean error is at most 1.2 times the floor; "at the end" is their error at the last answer. Those three are not counted; runs that "posterior, early stop" stops are. "posterior, first look" begins with a calibration of the same
 reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. "posterior, three packings" spreads its runs over the calibration's
-packing and two more that are prepared, of which that of the reference is then one more. Finished calibrations are kept in the file of results
-and not run again.
+packing and two more that are prepared, of which a reference's of another is then one more. Finished calibrations are kept in the file of results
+and not run again. --figure draws the posteriors' 90 % intervals beside the truths.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ def main() -> None:
     parser.add_argument("--max-iterations", type=int, default=8, help="of 80 evaluations each, of the paper's method")
     parser.add_argument("--threads", type=int, default=available_cores())
     parser.add_argument("-o", "--output", type=Path, default=Path("dem_calibration.jsonl"))
+    parser.add_argument("--figure", type=Path)
     arguments = parser.parse_args()
 
     own = gc.Packing.read(arguments.packing)
@@ -63,12 +65,15 @@ def main() -> None:
         truth = np.array(TRUTHS[name])
         known = next((row for row in done if row["reference"] == name), None)
         reference = _reference(packings[name](), truth)
-        floor = known["floor"] if known else _fresh(own, truth, reference, arguments.threads)[0]
+        floor = known["floor"] if known else _fresh(own, truth, reference, arguments.threads)
+        apart = known["apart"] if known else _fresh(own, truth, _reference(own, truth), arguments.threads)
         found = calibrate(own, reference, method, seed, floor, arguments)
-        done.append({"reference": name, "method": method, "seed": seed, "floor": floor, "truth": truth.tolist(), **found})
+        done.append({"reference": name, "method": method, "seed": seed, "floor": floor, "apart": apart, "truth": truth.tolist(), **found})
         with arguments.output.open("a") as file:
             file.write(json.dumps(done[-1]) + "\n")
     print_table(done)
+    if arguments.figure:
+        draw([row for row in done if row["method"] == "posterior"], arguments.figure)
 
 
 def _test(packing: gc.Packing | list[gc.Packing], density_scaling: float = 1e3) -> gc.TriaxialTest:
@@ -83,16 +88,16 @@ def _reference(packing: gc.Packing, truth: np.ndarray) -> gc.Reference:
     return gc.Reference(STRAIN, curves, measurement_errors=errors, simulated=True)
 
 
-def _fresh(packing: gc.Packing, theta: np.ndarray, reference: gc.Reference, threads: int) -> tuple[float, list[float]]:
-    """The mean error of three runs that differ by their density scaling alone, percent, and each one's."""
+def _fresh(packing: gc.Packing, theta: np.ndarray, reference: gc.Reference, threads: int) -> float:
+    """The mean error of three runs that differ by their density scaling alone, percent; infinite where one fails."""
     errors = []
     for scaling in (997.0, 1001.0, 1003.0):
         (response,) = _test(packing, scaling).simulate(theta, at=STRAIN, threads=threads)
         if isinstance(response, gc.Failure):
-            return float("inf"), []
+            return float("inf")
         pairs = observable_errors(response.observables(OBSERVABLES)[None], reference)
         errors.append(float(sample_errors(pairs, reference.shares)[0]))
-    return float(np.mean(errors)), errors
+    return float(np.mean(errors))
 
 
 def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: int, floor: float, arguments: argparse.Namespace) -> dict:
@@ -124,15 +129,16 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
         failures += int(filter.iterations[-1].failed.sum())
         stopped += 0 if filter.iterations[-1].stopped is None else int(filter.iterations[-1].stopped.sum())
         answer = _answer(filter)
-        if through is None and answer is not None:
-            last, each = _fresh(packing, answer, reference, arguments.threads)
-            if last <= limit:
+        if answer is not None and (through is None or filter.finished):
+            last = _fresh(packing, answer, reference, arguments.threads)
+            if through is None and last <= limit:
                 through = {"evaluations": evaluations, "hours": seconds / 3600, "error": last}
         best = float(np.nanmin(np.concatenate([iteration.errors[iteration.complete] for iteration in filter.iterations])))
         print(f"{method}, seed {seed}: {evaluations} evaluations, best {best:.2f} %, answer {last:.2f} % (floor {floor:.2f} %)", flush=True)
     posterior = filter.posterior
     return {
         "through": through,
+        "end": last,
         "evaluations": evaluations,
         "failures": failures,
         "stopped": stopped,
@@ -185,15 +191,38 @@ def _thinned(posterior: gc.Posterior) -> list[list[float]]:
 
 def print_table(rows: list[dict]) -> None:
     """A row for each calibration, with the rank of the truth among the posterior's samples, in percent, for each parameter."""
-    print(f"\n{'reference':18}{'method':24}{'seed':>5}{'floor %':>9}{'through at':>12}{'hours':>7}{'error %':>9}{'in all':>8}{'hours':>7}{'best %':>8}   ranks of the truth, %")
+    print(f"\n{'reference':18}{'method':24}{'seed':>5}{'floor %':>9}{'apart %':>9}{'through at':>12}{'hours':>7}{'error %':>9}{'at the end %':>14}{'in all':>8}{'hours':>7}{'best %':>8}   ranks of the truth, %")
     for row in sorted(rows, key=lambda row: (row["reference"], row["method"], row["seed"])):
         samples, through = np.array(row["samples"]), row["through"]
         ranks = (100 * np.mean(samples < np.array(row["truth"]), axis=0)).round().astype(int)
         reached = f"{through['evaluations']:>12}{through['hours']:>7.2f}{through['error']:>9.2f}" if through else f"{'never':>12}{'':>16}"
         print(
-            f"{row['reference']:18}{row['method']:24}{row['seed']:>5}{row['floor']:>9.2f}{reached}{row['evaluations']:>8}{row['core_hours']:>7.2f}{row['best']:>8.2f}   "
+            f"{row['reference']:18}{row['method']:24}{row['seed']:>5}{row['floor']:>9.2f}{row['apart']:>9.2f}{reached}{row['end']:>14.2f}{row['evaluations']:>8}{row['core_hours']:>7.2f}{row['best']:>8.2f}   "
             + " ".join(f"{rank:>3}" for rank in ranks)
         )
+
+
+def draw(rows: list[dict], file: Path) -> None:
+    """The 90 % interval and the median of each posterior, and the truth, for each parameter."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    rows = sorted(rows, key=lambda row: (list(TRUTHS).index(row["reference"]), row["seed"]))
+    places = -np.arange(len(rows))
+    figure, axes = plt.subplots(1, SPACE.size, figsize=(11, 0.42 * len(rows) + 1.2), sharey=True, layout="constrained")
+    for k, axis in enumerate(axes):
+        low, middle, high = np.quantile([np.array(row["samples"])[:, k] for row in rows], [0.05, 0.5, 0.95], axis=1)
+        axis.hlines(places, low, high, color="#0072b2", linewidth=3, label="90 % interval")
+        axis.plot(middle, places, "|", color="#0072b2", markersize=12, label="median")
+        axis.plot([row["truth"][k] for row in rows], places, "D", color="black", markersize=5, label="truth")
+        unit = f" [{SPACE.units[k]}]" if SPACE.units[k] not in ("", "-") else " [-]"
+        axis.set(xlim=(SPACE.low[k], SPACE.high[k]), xlabel=f"{SPACE.names[k]}{unit}")
+        axis.grid(axis="x", color="0.9")
+    axes[0].set_yticks(places, [f"{row['reference']}, seed {row['seed']}" for row in rows])
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
+    figure.savefig(file, dpi=150)
 
 
 if __name__ == "__main__":

@@ -199,3 +199,16 @@ def test_another_build_learns_from_the_evaluations_that_are_stored(folder, resul
     assert "would have made other evaluations than those of the campaign" in summarise(again)
     with pytest.raises(gc.InputError, match="other samples than are stored"):
         gc.resume(folder, model(), max_iterations=3)
+
+
+def unrelated(theta):
+    """A soil whose parameters say nothing of its response."""
+    return respond(np.random.default_rng(np.float64(theta).view(np.uint64)).random(2) * 0.7)
+
+
+def test_an_emulator_that_predicts_nothing_is_dropped_in_words(tmp_path):
+    result = calibrate(unrelated, folder=tmp_path / "campaign", stop=gc.Stop(max_iterations=5))
+    dropped = [index for index, learnt in enumerate(result.learnt) if not learnt.predicts]
+    log = (tmp_path / "campaign/log.txt").read_text()
+    assert dropped and [index for index in range(len(result.learnt)) if f"trained after batch {index} predicts runs no better" in log] == dropped
+    assert gc.Result.read(tmp_path / "campaign").learnt == result.learnt and result.stopped_by == "max_iterations"
