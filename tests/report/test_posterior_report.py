@@ -141,7 +141,8 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "the errors look too large as they are stated" in said()
     theta = emulated.posterior.interval(0.9)[1] * 1.01
     assert "The answer lies outside the 90 % interval of φ" in said(iterations=(*result.iterations[:-1], moved(result.iterations[-1], theta)))
-    assert "The emulator is rough: near the posterior it misses held-out runs by 30 %" in said({"held_out": (0.3,)})
+    assert "The emulator is rough: near the posterior it misses held-out runs by 30 %" in said({"held_out": (0.3,), "of_mean": (0.5,)})
+    assert "The emulator predicts held-out runs no better than their mean does" in said({"held_out": (0.3,), "of_mean": (0.2,)})
     doubting = copy(emulated.emulation.emulators[0])
     doubting.inflation = 1e6 * doubting.inflation
     assert "100 % of the probability lies where too few runs were made" in said({"emulators": (doubting,)})
@@ -150,6 +151,18 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
+
+
+def test_what_the_weights_of_the_runs_say_stands_beside_the_evidence(result, emulated):
+    def evidence(weights):
+        other = copy(emulated)
+        other.emulation = replace(emulated.emulation, weights=weights, log_evidence_of_runs=1.25)
+        return dict(verdict.found(result, other))["Evidence"][0]
+
+    count = len(result.filter.evaluations)
+    assert f"By the weights of the runs, worth {count} of equal weight, it is 1.25, and means are at most" in evidence(np.full(count, 1 / count))
+    # Of one run they say nothing.
+    assert "By the weights of the runs" not in evidence(np.eye(count)[0])
 
 
 def test_a_sample_that_is_closer_than_scatter_explains_is_not_called_lucky(result, emulated):

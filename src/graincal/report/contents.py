@@ -96,7 +96,7 @@ def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, fi
     figure_of("samples")
     figure_of("emulator")
     page.table(tables.of_batches(result))
-    page.paragraph([verdict.figures_of_batches()], "note")
+    page.paragraph([verdict.effective_runs()], "note")
 
 
 def _compose_iterations(page: Page, result: Result, figure_of: Callable[..., None]) -> None:

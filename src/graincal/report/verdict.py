@@ -130,13 +130,11 @@ def rule() -> str:
     )
 
 
-def figures_of_batches() -> str:
-    """What the columns of the table of batches are, for readers."""
+def effective_runs() -> str:
+    """What that column of the table of batches is, for readers."""
     return (
-        "Shift: the most that a batch moved a parameter's posterior, its mean in standard deviations or the logarithm of its standard deviation. Held-out error: of the emulator near the "
-        "posterior, each run predicted from the others by an emulator of the same lengths, in parts of the spread of the responses; where the mean of the others predicts no worse, it is dropped for the next batch. Coverage: how "
-        "many of the runs nearest to the reference lie in the emulator's 90 % intervals, nine in ten where these are right. Effective runs: how many of equal weight the runs in the posterior "
-        "amount to, each weighted by what the emulator says of it, also where it failed; where they are few, the posterior rests on the emulator between them."
+        "Effective runs: how many of equal weight the runs in the posterior amount to, each weighted by what the emulator says of it, also where it failed. Where they are few, the posterior "
+        "rests on the emulator between them."
     )
 
 
