@@ -113,6 +113,22 @@ def test_the_scatter_of_a_simulated_reference_is_counted_once():
     assert filter.log_evidence == pytest.approx(case.log_evidence, abs=0.5)
 
 
+def test_several_packings_scatter_as_a_simulated_reference_does():
+    # A laboratory's sample is then one more of what the runs are of.
+    shape = 0.06 * (0.5 + CONTROL)
+    case = linear_case(0.02, np.outer(shape, shape))
+    laboratory = Reference(CONTROL, case.reference.observables, measurement_errors=case.reference.measurement_errors)
+    posteriors = []
+    for reference, scatters in ((case.reference, [False]), (laboratory, [True]), (laboratory, [False])):
+        rng = np.random.default_rng(5)
+        filter = PosteriorFilter(case.space, reference, scatters=scatters, correlation_length=CORRELATION_LENGTH, stop=Stop(max_iterations=2))
+        finish(filter, lambda theta: curves(theta) + rng.standard_normal((len(theta), 1, 1)) * shape[:, None])
+        posteriors.append(filter.posterior)
+    simulated, packings, one = posteriors
+    np.testing.assert_array_equal(simulated.weights, packings.weights)
+    assert np.max(packings.std() / one.std()) > 1.2
+
+
 def test_an_emulator_that_predicts_nothing_is_dropped():
     # Responses that have nothing to do with the parameters: their mean says as much of the next as any emulator.
     rng = np.random.default_rng(2)
