@@ -52,7 +52,8 @@ def test_the_log_score_does_not_hang_on_the_luckiest_response():
 
     reference = Reference(control, {"y": responses(99, 1)[0, :, 0]}, measurement_errors={"y": 0.02})
     scores = [score(responses(seed, 30), reference).log_score * len(control) for seed in range(20)]
-    # A seventh of seven shapes' log variances, each known to 2/29 of itself, and of their squares: about a nat; by the mean of the probabilities it was ten.
+    # Seven variances that thirty responses know to a quarter of themselves: half the logarithm of each and its square move by an eighth, and about one in all.
+    # By the mean of the responses' own probabilities the standard deviation is 43.
     assert np.std(scores) < 3
 
 
