@@ -253,6 +253,8 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_started(tmp_path, interr
         if __name__ == "__main__":
             import numpy as np
             from graincal import PythonModel, Samples
+            # What runs in the background of a script is begun with this signal ignored, and a suite may be.
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             {interrupt}
             print("ready", flush=True)
             list(PythonModel("math:sin").evaluate(Samples(np.arange(2), np.zeros((2, 1)), ("a",)), at=np.arange(3.0), workers=2))
