@@ -106,7 +106,7 @@ def test_the_scatter_of_a_simulated_reference_is_counted_once():
     def scattered(theta):
         return curves(theta) + rng.standard_normal((len(theta), 1, 1)) * shape[:, None]
 
-    filter = finish(PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, stop=A_HUNDRED), scattered)
+    filter = finish(PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, batch=20, stop=A_HUNDRED), scattered)
     assert np.all(np.abs(filter.posterior.mean() - case.mean) <= 0.25 * case.deviation)
     ratio = filter.posterior.std() / case.deviation
     assert 0.8 <= ratio.min() and ratio.max() <= 1.25

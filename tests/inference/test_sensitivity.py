@@ -22,8 +22,8 @@ def calibrated(reference, space, evaluations, **options):
 def test_an_evidence_is_sure_where_the_emulator_is_and_not_where_it_is_not():
     case = linear_case(0.05)
     deviations = []
-    for evaluations in (23, 100):
-        filter = calibrated(case.reference, case.space, evaluations, correlation_length=CORRELATION_LENGTH, first_batch=6)
+    for evaluations, batch in ((23, 6), (100, 20)):
+        filter = calibrated(case.reference, case.space, evaluations, correlation_length=CORRELATION_LENGTH, first_batch=6, batch=batch)
         drawn = evidence_over_emulators(filter.emulation, case.space, np.random.default_rng(0))
         # Their expectation is the evidence itself: within four standard errors of the mean of the draws, and those of the samples.
         expected = np.log(np.mean(np.exp(drawn - filter.log_evidence)))
@@ -46,7 +46,7 @@ def test_half_the_range_of_n_parameters_is_worth_n_log_two_to_a_narrow_posterior
 def test_without_a_discrepancy_the_posterior_is_that_of_the_errors_alone():
     case = linear_case(0.05)
     options = {"correlation_length": CORRELATION_LENGTH}
-    allowed = calibrated(case.reference, case.space, 100, discrepancy=True, **options)
+    allowed = calibrated(case.reference, case.space, 100, discrepancy=True, batch=20, **options)
     exact = without_discrepancy(allowed.emulation, case.space, allowed.references, allowed.scatters, CORRELATION_LENGTH, np.random.default_rng(0))
     assert np.all(np.abs(exact.mean() - case.mean) <= 0.25 * case.deviation)
     ratio = exact.std() / case.deviation
