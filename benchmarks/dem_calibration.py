@@ -8,7 +8,7 @@ parameters on the calibration's packing: what the truth itself comes to. Beside 
 the same where the reference is of it. After every batch, three fresh runs are made at the method's answer; a method is
 through when their mean error is at most 1.2 times the floor; "at the end" is their error at the last answer. Those three are not counted; runs that "posterior, early stop" stops are. "posterior, first look" begins with a calibration of the same
 reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. "posterior, three packings" spreads its runs over the calibration's
-packing and two more that are prepared, of which a reference's of another is then one more. Finished calibrations are kept in the file of results
+packing and two more that are prepared. Finished calibrations are kept in the file of results
 and not run again. --figure draws the posteriors' 90 % intervals beside the truths.
 """
 

@@ -148,6 +148,9 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "100 % of the probability lies where too few runs were made" in said({"emulators": (doubting,)})
     assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
+    filter = copy(result.filter)
+    filter._emulations = [*filter._emulations[:-2], *(replace(each, of_mean=(0.0001,)) for each in filter._emulations[-2:])]
+    assert "has not settled: after one of the last two batches the emulator predicted nothing by which to tell" in said(stopped_by=None, _filter=filter, filter=filter)
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
@@ -160,7 +163,7 @@ def test_what_the_weights_of_the_runs_say_stands_beside_the_evidence(result, emu
         return dict(verdict.found(result, other))["Evidence"][0]
 
     count = len(result.filter.evaluations)
-    assert f"By the weights of the runs, worth {count} of equal weight, it is 1.25, and means are at most" in evidence(np.full(count, 1 / count))
+    assert f"By the weights of the runs, worth {count} of equal weight, log p(reference) is 1.25, and means are at most" in evidence(np.full(count, 1 / count))
     # Of one run they say nothing.
     assert "By the weights of the runs" not in evidence(np.eye(count)[0])
 

@@ -33,7 +33,7 @@ class Model(Protocol):
         """
 
 
-# Two packings differ by one number: it says next to nothing of what a third would be.
+# Of two packings one cannot say what a third would be.
 LEAST_PACKINGS = 3
 
 
@@ -47,7 +47,7 @@ class Experiment:
 
     @property
     def scatters(self) -> bool:
-        """Whether the model's runs are spread over packings enough to know what these differ by, of which the laboratory's sample is one more."""
+        """Whether the model's runs are spread over enough packings to say by what these differ. The laboratory's sample is then taken to be one more of them."""
         return len(getattr(self.model, "packings", ())) >= LEAST_PACKINGS
 
     def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Iterator[tuple[int, Response | Failure]]:

@@ -17,7 +17,7 @@ class Learnt:
     """What is known after a batch; NaN where there is nothing.
 
     posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`), and nothing of the runs at the answer. held_out_error: the emulators' error near the
-    posterior, as a part of the spread of the responses, of the worst experiment; held_out_ratio: over that of predicting each evaluation by the mean of the others. coverage: the part
+    posterior, as a part of the spread of the responses, of the worst experiment; held_out_ratio: over that of predicting each evaluation by the mean of all. coverage: the part
     of the evaluations nearest to the reference within their 90 % intervals.
     log_evidence with its standard deviation, the emulators' doubt included. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
     dropped: the part of the posterior's probability that those which were stopped early hold at most.

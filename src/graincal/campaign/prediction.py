@@ -67,7 +67,7 @@ def predict(
 
     at (T,): the control values. The draws are spread evenly over the posterior's weights. Each is one run: its scatter is part of the prediction.
     experiment: the number or name of the one whose values the parameters have, of which only some campaigns have several (`ParameterSpace.per_experiment`).
-    Raises InputError where there is no posterior, where several experiments could be meant, and where every evaluation fails.
+    Raises InputError where there is no posterior, where several experiments could be meant, and where fewer than two evaluations give a response.
     """
     posterior = result.posterior
     if posterior is None:
@@ -86,7 +86,8 @@ def predict(
     responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
     failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
     if len(responses) < 2:
-        raise InputError(f"a prediction needs two responses, and {len(responses) or 'none'} of the {samples} simulations gave one; the others failed, the first because: {failures[0].reason}")
+        gave = f"only one of the {samples} simulations" if responses else f"none of the {samples} simulations"
+        raise InputError(f"a prediction needs two responses, and {gave} gave one; the first that failed did so because: {failures[0].reason}")
     names = next(iter(responses.values())).values
     values = {name: np.array([response.values[name] for response in responses.values()]) for name in names if name != control_name}
     return Prediction(control_name, control, drawn.theta[list(responses)], values, failures, result.calibration.error_options)

@@ -35,6 +35,8 @@ def compare(
         scores = {}
         for name, result in results.items():
             chosen = chosen_experiment(result, experiment)
+            # The same one of all campaigns: the errors of the test are taken to be its.
+            experiment = chosen.name
             if own := result.space.per_experiment:
                 typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
             test = predicted_test(chosen, None, confining_pressure)

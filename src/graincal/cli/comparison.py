@@ -57,11 +57,12 @@ def _of_laboratory(path: Path, confining_pressure: float, measured_like: Experim
     reference = Reference.read(path, confining_pressure=confining_pressure)
     other = measured_like.reference if measured_like else reference
     errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
-    if not errors:
+    step = other.control_step if other.control_name == reference.control_name else 0.0
+    if not (errors or step):
         return reference
     taken = f'measurement errors are taken to be those of "{measured_like.name}".'
     return Reference(
-        reference.control, reference.observables, measurement_errors=errors, control_name=reference.control_name, control_step=other.control_step, notes=(*reference.notes, taken)
+        reference.control, reference.observables, measurement_errors=errors, control_name=reference.control_name, control_step=step, notes=(*reference.notes, taken)
     )
 
 

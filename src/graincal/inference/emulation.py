@@ -37,7 +37,7 @@ class Emulation:
     posterior: weighted samples. answer (n,): where the log likelihood expected is the largest, so that neither a response that is known to be
     poor nor one that may be anything is the answer. log_evidence with its standard deviation: of the references, under the prior.
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses; of_mean (E,): the
-    error there if each were predicted by the mean of the others.
+    error there if each were predicted by the mean of all.
     weights (N,): of the evaluations themselves, zero where they carry none;
     effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
     the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
@@ -70,7 +70,7 @@ class Emulation:
 
     @property
     def held_out_ratio(self) -> float:
-        """The held-out error over that of the mean of the others, of the worst experiment."""
+        """The held-out error over that of the mean of all, of the worst experiment."""
         return max(error / of_mean if of_mean else 0.0 for error, of_mean in zip(self.held_out, self.of_mean))
 
     @property

@@ -22,7 +22,7 @@ class HeldOut:
     """Each evaluation as predicted from the others, by kernels and components of all.
 
     error (N,): root mean square of predicted minus found, over that of the curves about their mean. of_mean (N,): the same, were each predicted by the mean of
-    the others. within (N, q): whether each component lies in its 90 % interval, nugget included.
+    all. within (N, q): whether each component lies in its 90 % interval, nugget included.
     """
 
     error: NDArray[np.float64]
@@ -65,7 +65,9 @@ class Emulator:
         scale = np.repeat(np.where(peaks > 0, peaks, 1.0), len(reference.control))
         self._cheaper = cheaper
         curves = columns(responses) / scale
-        self._total = np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2))
+        # About the mean of all, as a process predicts each from the others that knows nothing of it.
+        self._from_mean = np.sqrt(np.mean((curves - curves.mean(axis=0)) ** 2, axis=1))
+        self._total = np.sqrt(np.mean(self._from_mean**2))
         if cheaper is not None:
             # Evaluations that follow a first look are near the reference, and differ less than responses do over the box.
             self._total = max(self._total, cheaper._total)
@@ -81,7 +83,6 @@ class Emulator:
             self.basis = np.column_stack([self.basis, cheaper.basis])
         self.truncation = scale**2 * reduction.left_out
         scores, self._complete = reduction.scores, len(unit)
-        self._from_mean = np.sqrt(np.mean((curves - middle) ** 2, axis=1)) * len(curves) / (len(curves) - 1)
         if some_begun:
             unit = np.concatenate([unit, begun[0]])
             scores = np.concatenate([scores, reduction.of_first_segments(self._varying(*begun, scale) - middle)])
@@ -154,7 +155,8 @@ class Emulator:
 
     @property
     def coverage(self) -> float:
-        """How much of the components of the evaluations that its variances were judged by lies in the 90 % intervals, each predicted from the others."""
+        """How much of the components of the evaluations that its variances were judged by lies in the 90 % intervals, each predicted from the others. What
+        was widened for these is in them: it tells of what is left."""
         return float(self._judges @ self.held_out().within.mean(axis=1))
 
     def curves(self, components: NDArray[np.float64], observables: int) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import Reference
+from graincal.data import InputError, Reference
 from graincal.inference.error_model import ErrorModel, error_model
 from graincal.inference.errors import observable_errors, sample_errors
 from graincal.inference.likelihood import ReducedLikelihood, columns
@@ -35,8 +35,11 @@ def score(
 
     A band holds the central `probability` of responses with measurement errors, state by state. The log score is that of the whole curve under a Gaussian
     of the responses' mean and covariance, to which measurement errors that are alike at neighbouring states are added (Gneiting and Raftery 2007). The mean of
-    their own probabilities would be that of the luckiest response. correlation_length, discrepancy: of the errors, see `error_model`.
+    their own probabilities would be that of the luckiest response. The covariance of K responses has K - 1 directions; along others there are the errors alone, and two modes are one broad Gaussian.
+    correlation_length, discrepancy: of the errors, see `error_model`. Raises InputError for fewer than two responses.
     """
+    if len(responses) < 2:
+        raise InputError(f"a score needs two responses, not {len(responses)}.")
     errors = error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy)
     covariance = np.tensordot(np.exp(errors.log_prior), errors.covariances, axes=1)
     states, observables = reference.values.shape

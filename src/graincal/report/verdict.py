@@ -73,7 +73,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
         )
     if emulation.coverage < LEAST_COVERAGE:
         said.append(
-            f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals. "
+            f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs nearest to the reference lie in its {100 * PROBABILITY:.0f} % intervals. "
             "The posterior is too narrow."
         )
     if result.learnt_again:
@@ -115,7 +115,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
     if not said:
         said.append(
             f"Nothing that was looked at speaks against it: the emulator's held-out error is {100 * max(emulation.held_out):.2g} % of the spread of the responses, "
-            f"{100 * emulation.coverage:.0f} % of held-out runs lie in its {100 * PROBABILITY:.0f} % intervals, and "
+            f"{100 * emulation.coverage:.0f} % of those nearest to the reference lie in its {100 * PROBABILITY:.0f} % intervals, and "
             f"{numbers.count(result.failures, 'evaluation') if result.failures else 'none'} failed."
         )
     return (*said, *_conditions(result))
@@ -175,7 +175,8 @@ def _unsettled(result: Result) -> str:
     if moved <= result.stop.posterior_shift:
         return ""
     if not np.isfinite(moved):
-        return "there was no second batch to compare with"
+        compared = [each for each in result.filter.emulations[: -1 if answered else None][-2:] if each]
+        return "there was no second batch to compare with" if len(compared) < 2 else "after one of the last two batches the emulator predicted nothing by which to tell"
     return f"the last batch{' before the runs at the answer' if answered else ''} moved it by {moved:.2g} standard deviations"
 
 
@@ -240,14 +241,14 @@ def _evidence(emulated: Emulated) -> str:
 
 
 def _of_runs(emulated: Emulated) -> str:
-    """What the weights of the runs alone say, where enough of them carry any: it ought to be the same."""
+    """What the places of the runs say, weighted by the emulated likelihood instead of draws from it, where enough of them carry weight: it ought to be the same."""
     emulation, posterior = emulated.emulation, emulated.posterior
     carried = emulation.effective_sample_size
     if carried < FEW:
         return ""
     theta = emulated.result.filter.evaluations.theta
     apart = np.max(np.abs(emulation.weights @ theta - posterior.mean()) / posterior.std())
-    return f"By the weights of the runs, worth {carried:.0f} of equal weight, it is {emulation.log_evidence_of_runs:.2f}, and means are at most {apart:.2g} sd from the posterior's. "
+    return f"By the weights of the runs, worth {carried:.0f} of equal weight, log p(reference) is {emulation.log_evidence_of_runs:.2f}, and means are at most {apart:.2g} sd from the posterior's. "
 
 
 def _before(result: Result) -> str:
