@@ -99,7 +99,7 @@ def test_the_scatter_of_a_simulated_reference_is_counted_once():
     # Runs scatter by 6 % of the peak along the whole curve, errors are 2 %. A reference that is a run itself has both; one of a laboratory, as above, the errors alone.
     shape = 0.06 * np.abs(curves(np.array([[1.0, 0.5, -0.3]]))).max() * (0.5 + CONTROL)
     case, exact_case = linear_case(0.02, np.outer(shape, shape)), linear_case(0.02)
-    # The box of the wider posterior for both, and the answer to tell them apart: the sd is twice as large at the least.
+    # The two differ by more than the tolerance: one sd is twice as large at the least.
     assert np.max(case.deviation / exact_case.deviation) > 2
     rng = np.random.default_rng(5)
 

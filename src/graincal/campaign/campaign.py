@@ -78,7 +78,7 @@ class Campaign:
                 listener.iteration_ends(filter.iterations[-1], replayed, learnt)
                 if learnt and not learnt.predicts and not replayed:
                     listener.remark(
-                        f"The emulator trained after batch {index} predicts runs no better than their mean does, and is dropped: a batch that is asked for by then is drawn where the runs themselves fit."
+                        f"The emulator trained after batch {index} predicts runs no better than their mean does, and is dropped: the next batch, where one is asked for, is drawn where the runs themselves fit."
                     )
         self.store.stop(filter.stopped_by, filter.stopped_because)
         for listener in self.listeners:

@@ -91,7 +91,7 @@ def draw_emulator(emulated: Emulated) -> Figure | None:
     )
     caption = (
         "Shift: how far a batch moved a mean, in standard deviations, or the logarithm of a standard deviation, whichever is most. Held-out error: each run as predicted "
-        "from all others by an emulator of the same lengths, those near the posterior above all, over the spread of the responses; where the mean of the others predicts no worse, the emulator is "
+        "from all others by an emulator of the same lengths, those near the posterior above all, over the spread of the responses; where their mean predicts no worse, the emulator is "
         f"dropped for the next batch. Coverage: how many of the runs nearest to the reference lie in the emulator's {_MOST} intervals. The last batch are the runs at the answer, once they are done."
     )
     last = held_out[np.isfinite(held_out)]
