@@ -1,5 +1,5 @@
 # make demo    a whole calibration on an embedded default, with its report
-# make test    the test suite
+# make test    the test suite, a process a core; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
 # Both create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv
@@ -12,7 +12,7 @@ demo: $(INSTALLED)
 	$(VENV)/bin/graincal demo
 
 test: $(TEST_INSTALLED)
-	$(VENV)/bin/python -m pytest $(PYTEST_ARGS)
+	$(VENV)/bin/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal $(PYTEST_ARGS)
 
 $(INSTALLED): $(SOURCES)
 	@sh tools/check-machine.sh $(PYTHON)
