@@ -72,6 +72,16 @@ def test_a_test_that_was_fitted_is_not_called_predicted(call, folder):
     assert 'The campaign was calibrated against this test ("experiment"): what follows says how it fits, not how it predicts.' in called.out
 
 
+@pytest.mark.parametrize("option", ["-o", "--plot"])
+def test_a_prediction_overwrites_nothing(call, folder, tmp_path, option):
+    for target in (folder / "soil" / "campaign.db", tmp_path / "lab.csv", tmp_path / "figure.png"):
+        if not target.exists():
+            target.write_text("measured")
+        before = target.read_bytes()
+        called = call("predict", folder / "soil", "--samples", "2", "-q", option, target)
+        assert called.code == 1 and called.err.startswith(f"{target}: ") and target.read_bytes() == before
+
+
 def test_campaigns_are_ranked_by_a_test_that_was_held_out(call, folder):
     called = call("compare", folder / "wrong", folder / "soil", "--against", folder / "held_out.csv")
     assert called.code == 0

@@ -13,7 +13,7 @@ import numpy as np
 from graincal.campaign.curves import file_name
 from graincal.campaign.experiment import Experiment, Model
 from graincal.data import InputError, ParameterSpace, Samples
-from graincal.execution import available_cores
+from graincal.execution import number_of_workers
 from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
 from graincal.inference.first_look import FirstLook
 from graincal.laboratory.quantities import did_you_mean_observable
@@ -91,8 +91,7 @@ class Calibration:
                 raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, known)}; expected some of {', '.join(known)}.")
             if not (isinstance(value, Real) and np.isfinite(value)):
                 raise InputError(f"truth.{name} must be a number, not {value!r}.")
-        if self.workers != "all" and (not isinstance(self.workers, int) or self.workers < 1):
-            raise InputError(f'workers must be a whole number above 0 or "all", not {self.workers!r}.')
+        number_of_workers(self.workers)
         for experiment in self.experiments:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')
@@ -126,7 +125,7 @@ class Calibration:
     @property
     def number_of_workers(self) -> int:
         """The evaluations that may run at once."""
-        return available_cores() if self.workers == "all" else self.workers
+        return number_of_workers(self.workers)
 
     def _check_options(self) -> None:
         """Raise InputError for options and criteria that the method does not look at."""

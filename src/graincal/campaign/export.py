@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, fields
 from itertools import zip_longest
 from pathlib import Path
@@ -18,15 +18,16 @@ from graincal.campaign.curves import file_name
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.result import Result
 from graincal.campaign.trouble import FolderError
-from graincal.data import Failure, Response
+from graincal.data import Failure, InputError, Response
 
 
-def export_csv(result: Result, folder: Path) -> list[Path]:
+def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write tables and return their paths.
 
     samples.csv: each sample with its parameters, errors in percent, final weight within its iteration, why it failed, and whether it was stopped early.
     iterations.csv: s, effective sample size and errors of each iteration, or what was learnt of the posterior. responses_EXPERIMENT.csv: every response,
     state by state. posterior.csv: the weighted samples of the emulated posterior, with the method "posterior".
+    Raises InputError for files that are there already, unless they are to be replaced.
     """
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
     weights = np.concatenate([iteration.final_weights for iteration in result.iterations])
@@ -46,11 +47,14 @@ def export_csv(result: Result, folder: Path) -> list[Path]:
         tables["posterior.csv"] = (["weight", *result.space.names], zip(posterior.weights, *posterior.samples.T))
     for experiment in result.experiments:
         tables[f"responses_{file_name(experiment.name)}.csv"] = _responses(result, experiment.name, experiment.reference.control_name)
-    return [_write_table(folder / name, columns, rows) for name, (columns, rows) in tables.items()]
+    return _write(folder, {name: _as_csv(columns, rows) for name, (columns, rows) in tables.items()}, replace)
 
 
-def export_json(result: Result, folder: Path) -> list[Path]:
-    """Write campaign.json: what was asked, what was found, and every sample with its responses; numbers that do not exist are null."""
+def export_json(result: Result, folder: Path, *, replace: bool = False) -> list[Path]:
+    """Write campaign.json: what was asked, what was found, and every sample with its responses; numbers that do not exist are null.
+
+    Raises InputError for a file that is there already, unless it is to be replaced.
+    """
     document = {
         "provenance": result.provenance,
         "started": result.started,
@@ -91,7 +95,7 @@ def export_json(result: Result, folder: Path) -> list[Path]:
             )
         ],
     }
-    return [_write(folder / "campaign.json", json.dumps(_plain(document), ensure_ascii=False))]
+    return _write(folder, {"campaign.json": json.dumps(_plain(document), ensure_ascii=False)}, replace)
 
 
 def _reasons(result: Result) -> list[str]:
@@ -132,16 +136,20 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _write_table(path: Path, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
+def _as_csv(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([columns, *rows])
-    return _write(path, text.getvalue())
+    return text.getvalue()
 
 
-def _write(path: Path, text: str) -> Path:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise FolderError.of(path, error) from error
-    return path
+def _write(folder: Path, texts: Mapping[str, str], replace: bool) -> list[Path]:
+    paths = [folder / name for name in texts]
+    if not replace and (there := [path for path in paths if path.exists()]):
+        raise InputError(f"{there[0]}: this file is there already and is not overwritten; name another folder.")
+    for path, text in zip(paths, texts.values()):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise FolderError.of(path, error) from error
+    return paths

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.campaign.experiment import Model
 from graincal.campaign.result import Result
 from graincal.data import Failure, InputError, Reference, Response, Samples
-from graincal.execution import available_cores
+from graincal.execution import number_of_workers
 from graincal.inference.proposal import systematic_resampling
 from graincal.inference.scoring import Score, score
 
@@ -60,7 +60,7 @@ def predict(
     control_name: str = "axial_strain",
     samples: int = 30,
     seed: int = 1,
-    workers: int | None = None,
+    workers: int | Literal["all"] = "all",
     experiment: int | str | None = None,
 ) -> Prediction:
     """Evaluate a model, another test of the same material, at parameters drawn from a result's posterior.
@@ -75,6 +75,7 @@ def predict(
     if experiment is None and result.space.per_experiment:
         listed = ", ".join(f'"{each.name}"' for each in result.experiments)
         raise InputError(f"a prediction needs to know whose value of {', '.join(result.space.per_experiment)} is meant: experiment = one of {listed} was expected.")
+    at_once = number_of_workers(workers)
     if samples < 2:
         raise InputError(f"a prediction needs at least two samples of the posterior, not {samples}.")
     order = np.argsort(posterior.samples[:, 0])
@@ -82,7 +83,7 @@ def predict(
     drawn = Samples(np.arange(samples), posterior.samples[rows], posterior.names)
     control = np.asarray(at, dtype=np.float64)
     seen = result.space.seen_by(result.number(0 if experiment is None else experiment), drawn)
-    outcomes = dict(model.evaluate(seen, control, workers=workers or available_cores()))
+    outcomes = dict(model.evaluate(seen, control, workers=at_once))
     responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
     failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
     if len(responses) < 2:

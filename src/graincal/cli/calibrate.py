@@ -24,12 +24,12 @@ def calibrate(
     from dataclasses import replace
 
     from graincal.campaign import begin
-    from graincal.cli.options import number_of_workers
+    from graincal.cli.options import parse_workers
     from graincal.cli.running import read, run_and_report
 
     calibration = read(file, quiet=quiet)
     if workers is not None:
-        calibration = replace(calibration, workers=number_of_workers(workers))
+        calibration = replace(calibration, workers=parse_workers(workers))
     if seed is not None:
         look = replace(calibration.look, seed=seed) if calibration.look else None
         calibration = replace(calibration, seed=seed, look=look, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")

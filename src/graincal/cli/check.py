@@ -25,7 +25,7 @@ def check(
     from graincal.inference import IterativeBayesianFilter, sample_size_advice
 
     if plot is not None:
-        check_figure(plot, [file])
+        check_figure(plot)
     calibration = read(file)
     space = calibration.space
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):

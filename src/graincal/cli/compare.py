@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from graincal.cli.options import Workers, parse_workers
 from graincal.data import InputError
 
 
@@ -16,7 +17,7 @@ def compare(
     confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
     experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used for that test; the first one by default.", metavar="NAME")] = None,
     samples: Annotated[int, typer.Option(help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
-    workers: Annotated[int | None, typer.Option(help="Simulations at once; all cores by default.")] = None,
+    workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
 ) -> None:
     """Rank models by how they predict a test that was held out, or else by the evidence of the references."""
@@ -26,6 +27,7 @@ def compare(
     from graincal.cli.comparison import calibrated_against, read_comparison, say_how_it_was_read
     from graincal.cli.predict import chosen_experiment, predicted_test
 
+    at_once = parse_workers(workers)
     results = {str(folder): Result.read(folder) for folder in folders}
     if len(results) < len(folders):
         raise InputError("a campaign is named twice.")
@@ -43,7 +45,7 @@ def compare(
             reference = read_comparison(against, test.confining_pressure, chosen)
             if known := calibrated_against(result, reference):
                 raise InputError(f'{against}: a test that was held out was expected, and {name} was calibrated against this one ("{known}").')
-            prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)
+            prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
             scores[name] = prediction.against(reference)
         say_how_it_was_read(against, reference)
         ranked = compare_campaigns(results, scores)

@@ -45,14 +45,6 @@ def calibrated_against(result: Result, reference: Reference) -> str | None:
     return next((experiment.name for experiment in result.experiments if the_same(experiment.reference)), None)
 
 
-def files_of(path: Path) -> list[Path]:
-    """The file, and for a calibration file the references and packings that it names."""
-    if path.suffix != ".toml":
-        return [path]
-    named = [name for entry, _ in read_references(path) for name in (entry.reference.file, getattr(entry.model, "packing", None)) if name]
-    return [path, *(path.parent / name for name in named)]
-
-
 def _of_laboratory(path: Path, confining_pressure: float, measured_like: Experiment | None) -> Reference:
     reference = Reference.read(path, confining_pressure=confining_pressure)
     other = measured_like.reference if measured_like else reference

@@ -28,11 +28,11 @@ def demo(
     from graincal.campaign import begin
     from graincal.campaign.running import REPORT
     from graincal.cli.chart import chart
-    from graincal.cli.options import number_of_workers
+    from graincal.cli.options import parse_workers
     from graincal.cli.running import run
 
     console = Console(highlight=False, markup=False, quiet=quiet)
-    number = number_of_workers(workers)
+    number = parse_workers(workers)
     folder = output or _free_folder()
     if output is None and folder.name != _FOLDER:
         console.print(f"{_FOLDER} is there already, so this demo goes into {folder}.")

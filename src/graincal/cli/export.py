@@ -21,7 +21,7 @@ class Format(str, Enum):
 def export(
     folder: Folder,
     to: Annotated[Format, typer.Option(help="Tables as CSV, or one JSON document.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's.", metavar="FOLDER")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER")] = None,
 ) -> None:
     """Write samples, weights, errors and responses of the complete iterations for other programs."""
     from graincal.campaign import Result
@@ -32,7 +32,7 @@ def export(
     result, target = Result.read(folder), output or folder / "export"
     check_folder(target)
     before = set(target.glob("*"))
-    written = write(result, target)
+    written = write(result, target, replace=output is None)
     for path in written:
         typer.echo(path)
     if replaced := before.intersection(written):

@@ -32,6 +32,7 @@ def init(
     Headers are known in English, German and French; an axial strain and one observable are needed at the least.
     """
     from graincal import Packing
+    from graincal.cli.outputs import check_file
     from graincal.laboratory import describe, look, propose
     from graincal.models.plausibility import impossible_pressure, unusual_pressure
 
@@ -49,11 +50,9 @@ def init(
     if grains:
         measured = f"; the file says {found.void_ratio:g} for the sample before shearing" if found.void_ratio else ""
         typer.echo(f"{packing}: {grains.count} particles at a void ratio of {grains.void_ratio:.3f}{measured}.")
+    check_file(output)
     try:
-        with output.open("x", encoding="utf-8") as target:
-            target.write(text)
-    except FileExistsError:
-        raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.") from None
+        output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(unwritable(output, error)) from None
     typer.echo(f"\nWritten to {output}. Edit the lines that say CHECK, then: graincal check {output}")

@@ -14,7 +14,7 @@ Workers = Annotated[str | None, typer.Option(help='Evaluations at once, a number
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 
-def number_of_workers(text: str) -> int | Literal["all"]:
+def parse_workers(text: str) -> int | Literal["all"]:
     """What --workers means."""
     if text == "all":
         return "all"

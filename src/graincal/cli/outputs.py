@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from graincal.data import InputError
@@ -13,12 +12,11 @@ FIGURES = (".png", ".pdf", ".svg")
 """The suffixes of figures."""
 
 
-def check_file(path: Path, inputs: Iterable[Path] = ()) -> bool:
-    """Whether a file is there already that would be replaced. Raises InputError for one of the inputs, and for a place that cannot be written to."""
-    for read in inputs:
-        if path.exists() and read.exists() and path.samefile(read):
-            raise InputError(f"{path}: this is one of the files that are read, and is not overwritten; name another.")
+def check_file(path: Path, option: str = "-o") -> None:
+    """Raise InputError for a file that holds something already, and for a place that cannot be written to."""
     there = path.exists()
+    if path.is_file() and path.stat().st_size > 0:
+        raise InputError(f"{path}: this file is there already and is not overwritten; name another by {option}.")
     # A pipe or a device takes what it is given; opening it twice would end it.
     if not there or path.is_file() or path.is_dir():
         try:
@@ -27,17 +25,16 @@ def check_file(path: Path, inputs: Iterable[Path] = ()) -> bool:
             raise InputError(unwritable(path, error)) from None
         if not there:
             path.unlink()
-    return there
 
 
-def check_table(path: Path, inputs: Iterable[Path] = ()) -> bool:
+def check_table(path: Path) -> None:
     """As check_file, for a table in CSV: a figure's name is not meant."""
     if path.suffix.lower() in FIGURES:
         raise InputError(f"{path}: this is to be a table in CSV, and a name such as {path.with_suffix('.csv')} was expected; a figure is drawn by --plot.")
-    return check_file(path, inputs)
+    check_file(path)
 
 
-def check_figure(path: Path, inputs: Iterable[Path] = ()) -> bool:
+def check_figure(path: Path) -> None:
     """As check_file, for a figure: its suffix must be one that Matplotlib writes."""
     from matplotlib.figure import Figure
 
@@ -45,7 +42,7 @@ def check_figure(path: Path, inputs: Iterable[Path] = ()) -> bool:
     if path.suffix.lower().removeprefix(".") not in known:
         meant = did_you_mean(path.suffix, FIGURES) if path.suffix else ""
         raise InputError(f"{path}: the suffix says what a figure is written as, and {', '.join(FIGURES)} or another that Matplotlib writes was expected{meant}.")
-    return check_file(path, inputs)
+    check_file(path, "--plot")
 
 
 def check_folder(path: Path) -> None:
@@ -56,8 +53,11 @@ def check_folder(path: Path) -> None:
     check_file(there / f".{path.name}.trial")
 
 
-def refuse_the_same(*paths: Path | None) -> None:
-    """Raise InputError where two outputs are one file."""
-    given = [path.absolute() for path in paths if path is not None]
-    if len(set(given)) < len(given):
-        raise InputError(f"{given[0]}: two outputs have this name, and one for each was expected.")
+def check_outputs(table: Path | None, figure: Path | None) -> None:
+    """As check_file, for the table and the figure of one command, either of which may not be asked for."""
+    if table and figure and table.absolute() == figure.absolute():
+        raise InputError(f"{table.absolute()}: two outputs have this name, and one for each was expected.")
+    if table:
+        check_table(table)
+    if figure:
+        check_figure(figure)

@@ -24,13 +24,11 @@ def pack(
 
     The same request gives the same packing, which is kept in the cache folder ($GRAINCAL_CACHE, or ~/.cache/graincal/packings).
     """
+    from graincal.cli.outputs import check_file
     from graincal.dem.grading import Grading
     from graincal.dem.preparation import comment, prepare, write_whole
 
-    if output.exists():
-        raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.")
-    if not output.absolute().parent.is_dir():
-        raise InputError(f"{output}: there is no folder {output.parent} to write it in.")
+    check_file(output)
     packing = prepare(particles, void_ratio, grading, seed)
     try:
         write_whole(packing, output, comment(void_ratio, grading, seed))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from graincal.cli.options import Folder, Quiet
+from graincal.cli.options import Folder, Quiet, Workers, parse_workers
 from graincal.data import InputError
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def predict(
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
     increment: Annotated[float, typer.Option(help="The axial strain between states.")] = 0.004,
     samples: Annotated[int, typer.Option(help="Simulations, each of parameters drawn from the posterior.")] = 30,
-    workers: Annotated[int | None, typer.Option(help="Simulations at once; all cores by default.")] = None,
+    workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV.", metavar="FILE")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
@@ -41,13 +41,11 @@ def predict(
     from graincal.campaign.prediction import predict as predict_test
     from graincal.cli.comparison import calibrated_against
     from graincal.cli.figures import draw_prediction
-    from graincal.cli.outputs import check_figure, check_table, refuse_the_same
+    from graincal.cli.outputs import check_outputs
     from graincal.cli.strains import axial_strains
 
-    refuse_the_same(output, plot)
-    for check, target in ((check_table, output), (check_figure, plot)):
-        if target is not None:
-            check(target, (against,) if against else ())
+    at_once = parse_workers(workers)
+    check_outputs(output, plot)
     result = Result.read(folder)
     chosen = chosen_experiment(result, experiment)
     test = predicted_test(chosen, path, confining_pressure)
@@ -62,7 +60,7 @@ def predict(
         at = chosen.reference.control
     else:
         raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
-    prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=workers, experiment=chosen.name)
+    prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
     if output:
         _write(prediction, output)
     shown = reference.names if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from graincal.cli.options import Folder
-from graincal.data import InputError
 
 
 def report(
@@ -20,11 +19,12 @@ def report(
     """Write the report of a campaign's complete iterations: one HTML file."""
     from graincal.campaign import Result
     from graincal.campaign.running import REPORT
+    from graincal.cli.outputs import check_file
     from graincal.report import write_figures, write_report
     from graincal.report.write import PREDICTED
 
-    if output and output.exists():
-        raise InputError(f"{output}: this file is there already and is not overwritten; name another by -o.")
+    if output:
+        check_file(output)
     result = Result.read(folder)
     predict = PREDICTED if prediction else None
     # Figures first: a format that cannot be written is said before anything is.

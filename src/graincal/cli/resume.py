@@ -29,13 +29,13 @@ def resume(
     With other criteria of stopping, one that is at its end goes on too, to what it would have given by them from the start.
     """
     from graincal import campaign
-    from graincal.cli.options import number_of_workers
+    from graincal.cli.options import parse_workers
     from graincal.cli.running import run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
     given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift}
     criteria = {name: _limit(name, text) for name, text in given.items() if text is not None}
-    chosen = None if workers is None else number_of_workers(workers)
+    chosen = None if workers is None else parse_workers(workers)
     run_and_report(folder, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, **criteria), quiet=quiet)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -46,19 +46,17 @@ class Simulation:
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
 
-    def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, inputs: Sequence[Path] = (), **options: Any) -> None:
-        """Run the test of that kind to the control values `at`, and write what it gave.
-
-        inputs: files that were read beside the packing; options: the test's own.
-        """
+    def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, **options: Any) -> None:
+        """Run the test of that kind, with its own options, to the control values `at`, and write what it gave."""
         import numpy as np
 
         from graincal import Packing
+        from graincal.cli.outputs import check_outputs
         from graincal.data import Failure, Samples
         from graincal.models import TESTS
 
         theta = _parse(self.parameters)
-        replaced = self._check_outputs(inputs)
+        check_outputs(self.output, self.plot)
         # A state that is not at rest is a warning here, for a person looks at the curve.
         shared = {field.name: getattr(self, field.name) for field in fields(self) if field.name in _OF_THE_TEST}
         test = TESTS[kind](Packing.read(self.packing), largest_flagged_share=1.0, **shared, **options)
@@ -70,16 +68,8 @@ class Simulation:
             raise InputError(f"The simulation gave no curve: {outcome.reason}")
         _write(outcome, test, self.output, self.plot, reference)
         if not self.quiet:
-            written = [f"Written to {path}{', replaced' if path in replaced else ''}." for path in (self.output, self.plot) if path is not None]
+            written = [f"Written to {path}." for path in (self.output, self.plot) if path is not None]
             typer.echo("\n".join([*_describe(outcome, reference), *written]), err=True)
-
-    def _check_outputs(self, inputs: Sequence[Path]) -> list[Path]:
-        """The outputs that are there already and will be replaced. Raises InputError for one that cannot be written, or that is among the inputs."""
-        from graincal.cli.outputs import check_figure, check_table, refuse_the_same
-
-        refuse_the_same(self.output, self.plot)
-        checks = {check_table: self.output, check_figure: self.plot}
-        return [path for check, path in checks.items() if path is not None and check(path, (self.packing, *inputs))]
 
 
 _OF_THE_TEST = ("law", "precision", "density_scaling", "inertial_number", "time_step_bound", "mass_exponent", "inertia_factor", "settling_damping", "strain_ramp")
@@ -124,14 +114,13 @@ def triaxial(
     at: Annotated[Path | None, typer.Option(help="Record at the axial strains of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
 ) -> None:
     """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
-    from graincal.cli.comparison import files_of, read_comparison
+    from graincal.cli.comparison import read_comparison
 
     if at and (axial_strain is not None or increment is not None):
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
     reference = read_comparison(at, confining_pressure) if at else None
-    inputs = files_of(at) if at else ()
     strains = reference.control if reference else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
-    simulation.run("triaxial", strains, reference, inputs, confining_pressure=confining_pressure)
+    simulation.run("triaxial", strains, reference, confining_pressure=confining_pressure)
 
 
 @_path("--confining-pressure 0.5e6 --axial-strain 0.10")
@@ -185,7 +174,7 @@ def table(
     from graincal import StressPathTable
 
     stages = StressPathTable.read(table)
-    simulation.run("table", stages.recorded, inputs=[table], confining_pressure=confining_pressure, table=stages)
+    simulation.run("table", stages.recorded, confining_pressure=confining_pressure, table=stages)
 
 
 def _parse(parameters: list[str]) -> dict[str, float]:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+from typing import Literal
+
+from graincal.data import InputError
 
 
 def available_cores() -> int:
@@ -10,3 +13,12 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def number_of_workers(workers: int | Literal["all"]) -> int:
+    """The evaluations that may run at once; "all" is one a core. Raises InputError for what is no such number."""
+    if workers == "all":
+        return available_cores()
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError(f'workers must be a whole number above 0 or "all", not {workers!r}.')
+    return workers
