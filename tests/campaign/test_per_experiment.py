@@ -211,9 +211,9 @@ def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypat
     assert theta[0] > theta[1] + 10
 
     for number, name in enumerate(("low", "high")):
-        called = call("predict", tmp_path / "campaign", "--experiment", name, "--path", "undrained", "--axial-strain", 0.1, "--samples", 200, "-o", tmp_path / "band.csv")
+        called = call("predict", tmp_path / "campaign", "--experiment", name, "--path", "undrained", "--axial-strain", 0.1, "--samples", 200, "-o", tmp_path / f"{name}.csv")
         assert called.code == 0 and f'Predicts with the value of phi in "{name}".' in called.out
-        predicted = np.genfromtxt(tmp_path / "band.csv", delimiter=",", names=True)
+        predicted = np.genfromtxt(tmp_path / f"{name}.csv", delimiter=",", names=True)
         # Two hundred draws of sixty weighted samples, by their weights but for one draw each: a sixtieth of a spread of 40 degrees at most.
         assert predicted["stress_ratio_mean"][-1] == pytest.approx(1 + result.posterior.mean()[number] / 100, abs=0.01)
     few = ("predict", tmp_path / "campaign", "--path", "undrained", "--axial-strain", 0.1, "--samples", 5)

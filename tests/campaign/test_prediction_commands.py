@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.campaign.comparison import Contender
+from graincal.cli.compare import _doubts
 from graincal.models import StressPathTest
 
 from . import frictional
@@ -85,8 +87,9 @@ def test_a_prediction_overwrites_nothing(call, folder, tmp_path, option):
 def test_campaigns_are_ranked_by_a_test_that_was_held_out(call, folder):
     called = call("compare", folder / "wrong", folder / "soil", "--against", folder / "held_out.csv")
     assert called.code == 0
-    header, first, second, rule = called.out.splitlines()
+    header, first, second, rule, unsettled = called.out.splitlines()
     assert "log score" in header and first.startswith(str(folder / "soil")) and second.startswith(str(folder / "wrong")) and "log score" in rule
+    assert unsettled.startswith("Not settled yet") and unsettled.endswith(f": {folder}/soil, {folder}/wrong.")
 
 
 def test_campaigns_are_not_ranked_by_a_test_that_was_fitted(call, folder):
@@ -99,5 +102,26 @@ def test_campaigns_are_not_ranked_by_a_test_that_was_fitted(call, folder):
 def test_without_another_test_they_are_ranked_by_evidence(call, folder):
     called = call("compare", folder / "wrong", folder / "soil")
     assert called.code == 0
-    _, first, second, rule = called.out.splitlines()
+    _, first, second, rule, _ = called.out.splitlines()
     assert first.startswith(str(folder / "soil")) and second.startswith(str(folder / "wrong")) and rule.startswith("Ranked by log evidence")
+    # The deviation is of the difference, and the best is below nothing.
+    assert "±" not in first.partition("±")[2] and second.count("±") == 2
+
+
+def test_a_prediction_by_few_simulations_says_so_in_a_comparison_too(call, folder):
+    called = call("compare", folder / "wrong", folder / "soil", "--against", folder / "held_out.csv", "--samples", "5")
+    assert "Of 5 simulations the interval is little more than the range" in called.out
+
+
+def test_evidences_that_do_not_differ_are_said_not_to():
+    first, second, third = (Contender(name, evidence, 3.0, True, None) for name, evidence in (("a", 10.0), ("b", 4.0), ("c", -10.0)))
+    assert second.below(first) == (6.0, pytest.approx(np.sqrt(18)))
+    (doubt,) = _doubts([first, second, third])
+    assert doubt == "By evidence a is not better than b for all that is known: the difference is less than twice its standard deviation."
+
+
+@pytest.mark.parametrize("command", ["predict", "compare"])
+def test_workers_are_at_least_one(call, folder, command):
+    given = [folder / "soil"] if command == "predict" else [folder / "soil", folder / "wrong"]
+    called = call(command, *given, "--workers", "0")
+    assert (called.code, called.err) == (1, '--workers must be a whole number above 0 or "all", not 0.\n')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -14,12 +15,17 @@ from graincal.inference.scoring import Score
 
 @dataclass(frozen=True)
 class Contender:
-    """A campaign's log evidence with its sd, and how it predicted a test that none of them was fitted to, if there is one."""
+    """A campaign's log evidence with its sd, whether its posterior had settled, and how it predicted a test that none of them was fitted to, if there is one."""
 
     name: str
     log_evidence: float
     log_evidence_std: float
+    settled: bool
     score: Score | None
+
+    def below(self, best: Contender) -> tuple[float, float]:
+        """The difference of log evidences, and its standard deviation."""
+        return best.log_evidence - self.log_evidence, math.hypot(best.log_evidence_std, self.log_evidence_std)
 
 
 def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = None) -> list[Contender]:
@@ -35,7 +41,8 @@ def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = 
             raise InputError(f'{name}: its method is "{result.calibration.method}", and only campaigns of the method "{POSTERIOR}" have an evidence.')
     _refuse_different_data(results)
     contenders = [
-        Contender(name, result.log_evidence, result.learnt[-1].log_evidence_std, scores[name] if scores else None) for name, result in results.items()
+        Contender(name, result.log_evidence, result.learnt[-1].log_evidence_std, result.settled, scores[name] if scores else None)
+        for name, result in results.items()
     ]
     return sorted(contenders, key=lambda each: -(each.score.log_score if each.score else each.log_evidence))
 

@@ -179,6 +179,11 @@ class Result:
         return self.calibration.method == POSTERIOR
 
     @property
+    def settled(self) -> bool:
+        """Whether the campaign ended for its posterior no longer moved."""
+        return self.stopped_by == "posterior_shift"
+
+    @property
     def answer(self) -> Answer | None:
         """The parameters that fit best as far as the emulator knows, with the runs there once the campaign is at its end; None by other methods, and while nothing is emulated."""
         last = self.iterations[-1]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from graincal.cli.options import Workers, parse_workers
 from graincal.data import InputError
+
+if TYPE_CHECKING:
+    from graincal.campaign.comparison import Contender
 
 
 def compare(
@@ -25,7 +28,7 @@ def compare(
     from graincal.campaign.comparison import compare as compare_campaigns
     from graincal.campaign.prediction import predict
     from graincal.cli.comparison import calibrated_against, read_comparison, say_how_it_was_read
-    from graincal.cli.predict import chosen_experiment, predicted_test
+    from graincal.cli.predict import chosen_experiment, predicted_test, say_if_few
 
     at_once = parse_workers(workers)
     results = {str(folder): Result.read(folder) for folder in folders}
@@ -52,16 +55,40 @@ def compare(
     elif confining_pressure is not None or experiment is not None:
         option = "--experiment" if confining_pressure is None else "--confining-pressure"
         raise InputError(f"{option} is that of the test of --against, which is missing.")
-    width = max(len(each.name) for each in ranked)
-    best = max(each.log_evidence for each in ranked)
-    typer.echo(f"{'campaign':{width}}  log evidence  below the best" + ("  log score a value  error %  states in the 90 % band" if against else ""))
-    for each in ranked:
-        line = f"{each.name:{width}}  {each.log_evidence:>12.2f}  {best - each.log_evidence:>8.2f} ± {each.log_evidence_std:.2f}"
-        if each.score:
-            covered = ", ".join(f"{share:.0%} of {name}" for name, share in each.score.coverage.items())
-            line += f"  {each.score.log_score:>17.3f}  {each.score.error:>7.2f}  {covered}"
-        typer.echo(line)
+    typer.echo("\n".join(_table(ranked)))
     if against:
         typer.echo("Ranked by the log score of the test, measurement errors included: the larger, the more probable the test was under the prediction.")
+        say_if_few(samples)
     else:
         typer.echo("Ranked by log evidence, which depends on the ranges of the parameters: a test that was held out (--against) tells more.")
+    for doubt in _doubts(ranked):
+        typer.echo(doubt)
+
+
+def _table(ranked: list[Contender]) -> list[str]:
+    best = max(ranked, key=lambda each: each.log_evidence)
+    rows = [("campaign", "log evidence", "below the best")]
+    for each in ranked:
+        difference, deviation = each.below(best)
+        rows.append((each.name, f"{each.log_evidence:.2f} ± {each.log_evidence_std:.2f}", "" if each is best else f"{difference:.2f} ± {deviation:.2f}"))
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    lines = ["  ".join(f"{cell:{'>' if k else '<'}{width}}" for k, (cell, width) in enumerate(zip(row, widths))) for row in rows]
+    if ranked[0].score:
+        lines[0] += "  log score a value  error %  states in the 90 % band"
+        for k, each in enumerate(ranked, start=1):
+            covered = ", ".join(f"{share:.0%} of {name}" for name, share in each.score.coverage.items())
+            lines[k] += f"  {each.score.log_score:>17.3f}  {each.score.error:>7.2f}  {covered}"
+    return lines
+
+
+def _doubts(ranked: list[Contender]) -> list[str]:
+    """What keeps evidences from telling."""
+    best = max(ranked, key=lambda each: each.log_evidence)
+    near = [each.name for each in ranked if each is not best and each.below(best)[0] < 2 * each.below(best)[1]]
+    unsettled = [each.name for each in ranked if not each.settled]
+    doubts = []
+    if near:
+        doubts.append(f"By evidence {best.name} is not better than {' and '.join(near)} for all that is known: the difference is less than twice its standard deviation.")
+    if unsettled:
+        doubts.append(f"Not settled yet by the criterion of their shift, so that evidences and predictions may move: {', '.join(unsettled)}.")
+    return doubts

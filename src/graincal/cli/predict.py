@@ -73,13 +73,18 @@ def predict(
     if own := result.space.per_experiment:
         typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))
-    if samples < FEW:
-        typer.echo(f"Of {samples} simulations the interval is little more than the range; --samples {FEW} or more make it one of 90 %.")
-    if result.has_posterior and result.stopped_by != "posterior_shift":
+    say_if_few(samples)
+    if result.has_posterior and not result.settled:
         typer.echo("The posterior has not settled by the criterion of its shift: what it predicts may yet move, too.")
     for target in (output, plot):
         if target is not None:
             typer.echo(f"Written to {target}.")
+
+
+def say_if_few(samples: int) -> None:
+    """A remark where an interval of 90 % is no such thing."""
+    if samples < FEW:
+        typer.echo(f"Of {samples} simulations the interval is little more than the range; --samples {FEW} or more make it one of 90 %.")
 
 
 def chosen_experiment(result: Result, name: str | None) -> Experiment:
