@@ -62,7 +62,7 @@ def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(resu
     assert page.headings == [
         "What was found", "Reference and responses", "Parameters", "Posterior", "Evaluations and emulator", "Fabric", "Run times and failures", "Provenance"
     ]  # fmt: skip
-    for words in ("φ is identified: ", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "is the closest of all 21 runs", "log p(reference) ="):
+    for words in ("φ is identified: ", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "is the closest of all 21 runs", "log p(reference) =", "Hartmann, Cheng and Thornton (2022)"):
         assert words in text, words
     assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "fit about as well", "most probable sample"))
     assert page.loaded == []
@@ -154,6 +154,18 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
+
+
+def test_a_standard_deviation_that_far_samples_make_is_explained(emulated):
+    def said(samples):
+        other = copy(emulated)
+        other.posterior = gc.Posterior(samples=samples, weights=np.full(len(samples), 1 / len(samples)), names=emulated.posterior.names)
+        return dict(verdict.found(other.result, other))["Parameters"][0]
+
+    near = 30 + 0.1 * np.random.default_rng(1).standard_normal((len(emulated.posterior.samples), 3))
+    far = near.copy()
+    far[::25, 0] = 45.0
+    assert "far from it" not in said(near) and "The sd is large beside the interval, for a small part of the probability lies far from it." in said(far)
 
 
 def test_what_the_weights_of_the_runs_say_stands_beside_the_evidence(result, emulated):

@@ -28,7 +28,7 @@ def compare(
     from graincal.campaign.comparison import compare as compare_campaigns
     from graincal.campaign.prediction import predict
     from graincal.cli.comparison import calibrated_against, read_comparison, say_how_it_was_read
-    from graincal.cli.predict import chosen_experiment, predicted_test, say_if_few
+    from graincal.cli.predict import chosen_experiment, predicted_test, say_if_few, say_what_runs
 
     at_once = parse_workers(workers)
     results = {str(folder): Result.read(folder) for folder in folders}
@@ -48,6 +48,7 @@ def compare(
             reference = read_comparison(against, test.confining_pressure, chosen)
             if known := calibrated_against(result, reference):
                 raise InputError(f'{against}: a test that was held out was expected, and {name} was calibrated against this one ("{known}").')
+            say_what_runs(result, samples, test, name)
             prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
             scores[name] = prediction.against(reference)
         say_how_it_was_read(against, reference)

@@ -60,6 +60,8 @@ def predict(
         at = chosen.reference.control
     else:
         raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
+    if not quiet:
+        say_what_runs(result, samples, test)
     prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
     if output:
         _write(prediction, output)
@@ -79,6 +81,12 @@ def predict(
     for target in (output, plot):
         if target is not None:
             typer.echo(f"Written to {target}.")
+
+
+def say_what_runs(result: Result, samples: int, test: StressPathTest, name: str = "") -> None:
+    """What a command will be busy with, in the minute before it has anything to show."""
+    opening = f"{name}: " if name else ""
+    typer.echo(f"{opening}the posterior from {result.evaluations} evaluations, then {samples} simulations of {test.name_with_article} at {test.confining_pressure / 1e3:g} kPa ...", err=True)
 
 
 def say_if_few(samples: int) -> None:

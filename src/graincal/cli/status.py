@@ -32,7 +32,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
         lines.append(f"began with a first look: {look['folder']}, {look['evaluations']} evaluations")
     round_ = round_of(status["method"])
     if status["state"] != "finished" and (current := status["iteration"]):
-        left = "" if status["seconds_left"] is None else f", about {duration(status['seconds_left'])} left in it"
+        left = f", about {duration(status['seconds_left'])} left in it" if status["seconds_left"] else ""
         lines.append(f"{round_} {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{_stopped(current['stopped'])}{left}")
     if status["iterations"]:
         last = status["iterations"][-1]

@@ -110,7 +110,7 @@ def missing_column(table: Table, wanted: str, name: str) -> InputError:
     """That there is no column of that name, which is said as `wanted`."""
     meant = did_you_mean(split_header(name)[0], [split_header(header)[0] for header in table.header])
     present = ", ".join(f"'{header}'" for header in table.header if header)
-    return InputError(f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} says which is which).")
+    return InputError(f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} in a calibration file says which is which).")
 
 
 def _unit(table: Table, quantity: str, index: int, said: str | None) -> Unit | None:

@@ -21,7 +21,7 @@ from graincal.report.prediction import Prediction, draw_prediction
 from graincal.report.responses import draw_fabric, draw_responses
 from graincal.report.run_times import draw_run_times, stopped_sentence, where_failed
 from graincal.report.sampling import draw_convergence, draw_samples
-from graincal.report.words import cautions, found
+from graincal.report.words import cautions, errors_rule, found
 
 
 def figures(result: Result, prediction: Prediction | None = None) -> list[Figure]:
@@ -81,6 +81,8 @@ def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, fi
     page.items(verdict.found(result, emulated))
     if emulated:
         page.paragraph([verdict.rule()], "note")
+        page.paragraph([verdict.emulator_rule()], "note")
+    page.paragraph([errors_rule()], "note")
     figure_of("responses", "Reference and responses")
     if emulated:
         page.heading("Parameters")
@@ -105,6 +107,7 @@ def _compose_iterations(page: Page, result: Result, figure_of: Callable[..., Non
     page.items(found(result, findings))
     page.paragraph(cautions(result), "note")
     page.paragraph([rule(findings, close_fits(result.iterations))] if findings else [], "note")
+    page.paragraph([errors_rule()], "note")
     figure_of("responses", "Reference and responses")
     page.heading("Iterations")
     figure_of("samples")

@@ -48,7 +48,7 @@ def draw_samples(result: Result) -> Figure | None:
         margin = 0.03 * (high - low)
         panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
     if result.has_posterior:
-        iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", "Crosses are failures, at the parameters that they had."
+        iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", "Crosses are failures, at the parameters that they had." if result.failures else ""
         if result.stopped.any():
             below += f" Of the {count(int(result.stopped.sum()), 'run')} that were stopped early, it is the error of the states that they came to."
     else:
@@ -57,7 +57,7 @@ def draw_samples(result: Result) -> Figure | None:
     return Figure(
         "samples",
         f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(result.best.error, 3)} to {value(above, 3)} %.",
-        "Each point is one evaluation, with its error of Eq. 6; darker points are of later ones, and the grey lines are the ends of the range. " + below,
+        "Each point is one evaluation, with its error ε; darker points are of later ones, and the grey lines are the ends of the range. " + below,
         tuple(panels),
     )
 

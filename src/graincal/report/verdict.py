@@ -23,6 +23,8 @@ MUCH_UNSURE = 0.2
 """Of the probability, where the emulator does not know, from which the intervals are wide for it."""
 MOSTLY_UNSURE = 0.5
 """The same, from which all that is said is preliminary, whether it has settled or not."""
+FAR_TAILS = 0.6
+"""Standard deviations over the width of the interval of 90 %, from which some of the probability lies far out: a Gaussian's is 0.3."""
 MANY_RUNS, LARGEST_K = 200, 0.7
 MANY_FAILURES = 0.1
 FAR = 3.0
@@ -41,7 +43,7 @@ def found(result: Result, emulated: Emulated | None) -> tuple[tuple[str, tuple[s
     if emulated is None:
         return (("Fit", (_nothing(result),)), ("End", (_ending(result),)))
     said = [("Caution", (warning,))] if (warning := _preliminary(result, emulated)) else []
-    said += [("Parameters", tuple(_sentence(emulated, k) for k in range(result.space.size))), ("Identified", (_identified(emulated),))]
+    said += [("Parameters", tuple(_sentence(emulated, k) for k in range(result.space.size))), ("Identifiability", (_identified(emulated),))]
     if ridges := _ridges(emulated):
         said.append(("Ridges", (ridges,)))
     if modes := _modes(emulated):
@@ -130,6 +132,11 @@ def rule() -> str:
     )
 
 
+def emulator_rule() -> str:
+    """What an emulator is, for readers."""
+    return "The emulator is a regression on all runs (by Gaussian processes): it says how the model would respond at parameters that were not run, and how far off that may be."
+
+
 def effective_runs() -> str:
     """What that column of the table of batches is, for readers."""
     return (
@@ -144,6 +151,8 @@ def _sentence(emulated: Emulated, k: int) -> str:
     low, high = emulated.posterior.interval(PROBABILITY)[:, k]
     mean, std = emulated.posterior.mean()[k], emulated.posterior.std()[k]
     said = f"{shown.label} is {verdicts(emulated)[k]}: {numbers.between(low, high)}{_unit(shown)} with {100 * PROBABILITY:.0f} % probability, {numbers.estimate(mean, std)} (mean ± sd)."
+    if std > FAR_TAILS * (high - low):
+        said += " The sd is large beside the interval, for a small part of the probability lies far from it."
     if (truth := result.truth.get(name)) is not None:
         said += f" The truth, {numbers.short(truth)}{_unit(shown)}, lies {'in' if low <= truth <= high else 'outside'} the interval."
     return said
@@ -203,7 +212,7 @@ def _answer(result: Result, emulated: Emulated) -> str:
     known = np.isfinite(answer.errors)
     repeated = bool(known.any()) and answer.spread <= numbers.ALIKE * answer.mean
     if known.any():
-        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε, Eq. 6; mean ± sd of the runs).")
+        said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε; mean ± sd of the runs).")
         if repeated:
             said.append("The runs, a billionth of the ranges apart, are alike: the model does not scatter.")
     if len(answer.errors) and not known.all():

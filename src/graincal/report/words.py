@@ -102,8 +102,15 @@ def cautions(result: Result) -> tuple[str, ...]:
         said.append(f"The weight rests on about {numbers.count(max(1, round(carried)), 'sample')}: moments and correlations are rough.")
     if advice := sample_size_advice(result.space, filter.alpha):
         said.append(advice)
-    said.append("Equations are those of Hartmann, Cheng and Thornton (2022).")
     return tuple(said)
+
+
+def errors_rule() -> str:
+    """What ε is, for readers."""
+    return (
+        "The error ε of a response: for each observable its distances from the reference, summed over the states, in percent of the reference's summed absolute values (Eq. 5); and the mean of "
+        "these, weighted where the calibration file says so (Eq. 6). Equations are those of Hartmann, Cheng and Thornton (2022), Computers and Geotechnics 141, 104491."
+    )
 
 
 def _name(candidate: Candidate) -> str:
