@@ -1,5 +1,5 @@
 # make demo    a whole calibration on an embedded default, with its report
-# make test    the test suite, a process a core; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
+# make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
 # Both create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv

@@ -57,7 +57,7 @@ def test_a_worker_goes_on_to_the_next_batch_while_the_longest_run_of_one_goes_on
             begun.set()
         if np.array_equal(theta, first):
             # A campaign that finished a batch before the next would wait here in vain.
-            assert begun.wait(10)
+            assert begun.wait(60)
         return infeasible(theta)
 
     found = calibrate(waits, workers=2)
@@ -80,11 +80,14 @@ def test_a_killed_campaign_ends_as_if_it_never_was(result, tmp_path):
     for _ in range(3):
         child = os.fork()
         if child == 0:
-            if (tmp_path / "campaign").exists():
-                gc.resume(tmp_path / "campaign", gc.PythonModel(deadly))
-            else:
-                calibrate(deadly, folder=tmp_path / "campaign", workers=3)
-            os._exit(0)
+            try:
+                if (tmp_path / "campaign").exists():
+                    gc.resume(tmp_path / "campaign", gc.PythonModel(deadly))
+                else:
+                    calibrate(deadly, folder=tmp_path / "campaign", workers=3)
+            finally:
+                # Whatever happened, the child does not go on with the tests.
+                os._exit(0)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
         found = status(tmp_path / "campaign")
         assert found["state"] == "interrupted" and found["iteration"]["evaluated"] < found["iteration"]["samples"]
@@ -151,7 +154,7 @@ def respond(theta):
 def test_a_time_out_is_a_failure(tmp_path):
     (tmp_path / "sleeper.py").write_text("import time\nimport numpy as np\ndef respond(theta):\n    time.sleep(60 * (theta[0] > 0.8))\n    return {'y': theta[0] * np.arange(3.0)}\n")
     space, reference = gc.ParameterSpace({"a": (0, 1)}), gc.Reference(np.arange(3.0), {"y": 0.4 * np.arange(3.0)})
-    model = gc.PythonModel("sleeper:respond", folder=tmp_path, timeout=0.5)
+    model = gc.PythonModel("sleeper:respond", folder=tmp_path, timeout=3)
     found = gc.calibrate(model, reference, space, method="posterior", stop=gc.Stop(max_iterations=1), ahead=1, workers=2)
     np.testing.assert_array_equal(found.failed, found.samples[:, 0] > 0.8)
     assert found.failed.any() and {kind for kind, *_ in found.failure_kinds()} == {"timed_out"}
@@ -163,7 +166,7 @@ def test_an_executor_is_handed_all_that_waits(result):
 
     def counted(theta):
         if next(count) < 12:
-            together.wait(10)
+            together.wait(60)
         return infeasible(theta)
 
     with ThreadPoolExecutor(12) as executor:

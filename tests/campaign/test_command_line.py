@@ -19,6 +19,7 @@ from graincal.campaign.config import read_calibration
 from graincal.campaign.status import status
 from graincal.campaign.store import Store, holds_campaign
 from graincal.cli import app, main
+from graincal.cli.outputs import check_file
 from graincal.execution import available_cores
 from graincal.models import TESTS
 
@@ -151,7 +152,8 @@ def test_export_gives_every_figure(campaign, call, tmp_path):
 
     again = call("export", campaign, "--to", "csv", "-o", tmp_path)
     assert (again.code, again.err) == (1, f"{tmp_path / 'samples.csv'}: this file is there already and is not overwritten; name another folder.\n")
-    assert [call("export", campaign, "--to", "csv").err for _ in range(2)] == ["", "3 of these replaced the files of an earlier export.\n"]
+    own = shutil.copytree(campaign, tmp_path / "copy")
+    assert [call("export", own, "--to", "csv").err for _ in range(2)] == ["", "3 of these replaced the files of an earlier export.\n"]
 
     blocked = call("export", campaign, "--to", "csv", "-o", tmp_path / "samples.csv" / "below")
     assert (blocked.code, blocked.err) == (1, f"{tmp_path / 'samples.csv'}: this is a file, and a folder to write to was expected.\n")
@@ -483,6 +485,20 @@ def test_a_calibration_in_which_everything_fails_ends_with_a_sentence(call, tmp_
     file = write_calibration(tmp_path, ("strength  = { range = [0, 1] }", "strength  = { range = [2, 3] }"))
     called = call("calibrate", file, "-o", tmp_path / "campaign", "--quiet")
     assert called.code == 1 and "every evaluation failed" in called.err and "new folder" in called.err
+
+
+def test_what_is_there_is_left_as_it_is(tmp_path):
+    held, empty, link = tmp_path / "held", tmp_path / "empty", tmp_path / "link"
+    held.write_text("measured")
+    empty.touch()
+    link.symlink_to(tmp_path / "nowhere")
+    before = sorted(tmp_path.iterdir())
+    for path, said in ((held, "is not overwritten"), (link, "this is a link to nowhere"), (tmp_path, "this is a folder"), (tmp_path / ("long" * 100), "cannot be written")):
+        with pytest.raises(gc.InputError, match=said):
+            check_file(path)
+    for path in (empty, tmp_path / "new", Path("/dev/null")):
+        check_file(path)
+    assert sorted(tmp_path.iterdir()) == before and held.read_text() == "measured" and link.is_symlink()
 
 
 def test_a_report_overwrites_no_other_file(call, campaign, tmp_path):

@@ -83,7 +83,7 @@ def test_a_sample_by_itself_gives_the_same_and_can_be_stopped():
     time.sleep(0.5)
     assert thread.is_alive()
     endless.stop()
-    thread.join(5)
+    thread.join(60)
     assert not thread.is_alive() and errors
     # What moduli differ by, lengths do too: a critical time step goes with the root of the stiffness.
     soft_and_stiff = Samples(np.arange(2), np.array([THETA, [10.0, *THETA[1:]]]), NAMES)

@@ -44,7 +44,7 @@ def test_results_come_in_order_of_completion():
 
     def waits(theta):
         if theta[0] == 0:
-            second_has_come.wait(10)
+            second_has_come.wait(60)
         return {"y": AT}
 
     rows = []

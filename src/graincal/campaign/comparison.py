@@ -23,9 +23,14 @@ class Contender:
     settled: bool
     score: Score | None
 
-    def below(self, best: Contender) -> tuple[float, float]:
-        """The difference of log evidences, and its standard deviation."""
-        return best.log_evidence - self.log_evidence, math.hypot(best.log_evidence_std, self.log_evidence_std)
+    def may_be_above(self, best: Contender) -> bool:
+        """Whether its evidence may be above that of the best, for all that is known.
+
+        An evidence is the mean over the responses that the emulator holds possible. Few of them may make up most of it, where the emulator knows little, and the
+        deviation is then of how far below the mean nearly all of them are. Above it little may lie: more than twenty times as much has a probability of less
+        than a twentieth, by Markov's inequality.
+        """
+        return best.log_evidence - 2 * best.log_evidence_std < self.log_evidence + math.log(20)
 
 
 def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = None) -> list[Contender]:
@@ -39,6 +44,8 @@ def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = 
     for name, result in results.items():
         if result.calibration.method != POSTERIOR:
             raise InputError(f'{name}: its method is "{result.calibration.method}", and only campaigns of the method "{POSTERIOR}" have an evidence.')
+        if not math.isfinite(result.log_evidence):
+            raise InputError(f"{name}: its evidence is not known, for too few of its runs gave a response to emulate; more evaluations were expected.")
     _refuse_different_data(results)
     contenders = [
         Contender(name, result.log_evidence, result.learnt[-1].log_evidence_std, result.settled, scores[name] if scores else None)

@@ -66,6 +66,7 @@ def predict(
     """Evaluate a model, another test of the same material, at parameters drawn from a result's posterior.
 
     at (T,): the control values. The draws are spread evenly over the posterior's weights. Each is one run: its scatter is part of the prediction.
+    workers: evaluations at once, "all" for one a core.
     experiment: the number or name of the one whose values the parameters have, of which only some campaigns have several (`ParameterSpace.per_experiment`).
     Raises InputError where there is no posterior, where several experiments could be meant, and where fewer than two evaluations give a response.
     """

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def check(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
-    plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
 ) -> None:
     """Read a calibration file and all that it names, draw what was read, and say how long the calibration will take.
 

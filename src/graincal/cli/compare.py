@@ -19,7 +19,7 @@ def compare(
     against: Annotated[Path | None, typer.Option(help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
     confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
     experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used for that test; the first one by default.", metavar="NAME")] = None,
-    samples: Annotated[int, typer.Option(help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
+    samples: Annotated[int, typer.Option(min=2, help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
     workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
 ) -> None:
@@ -70,8 +70,8 @@ def _table(ranked: list[Contender]) -> list[str]:
     best = max(ranked, key=lambda each: each.log_evidence)
     rows = [("campaign", "log evidence", "below the best")]
     for each in ranked:
-        difference, deviation = each.below(best)
-        rows.append((each.name, f"{each.log_evidence:.2f} ± {each.log_evidence_std:.2f}", "" if each is best else f"{difference:.2f} ± {deviation:.2f}"))
+        below = "" if each is best else f"{best.log_evidence - each.log_evidence:.2f}"
+        rows.append((each.name, f"{each.log_evidence:.2f} ± {each.log_evidence_std:.2f}", below))
     widths = [max(map(len, column)) for column in zip(*rows)]
     lines = ["  ".join(f"{cell:{'>' if k else '<'}{width}}" for k, (cell, width) in enumerate(zip(row, widths))) for row in rows]
     if ranked[0].score:
@@ -85,11 +85,11 @@ def _table(ranked: list[Contender]) -> list[str]:
 def _doubts(ranked: list[Contender]) -> list[str]:
     """What keeps evidences from telling."""
     best = max(ranked, key=lambda each: each.log_evidence)
-    near = [each.name for each in ranked if each is not best and each.below(best)[0] < 2 * each.below(best)[1]]
+    near = [each.name for each in ranked if each is not best and each.may_be_above(best)]
     unsettled = [each.name for each in ranked if not each.settled]
     doubts = []
     if near:
-        doubts.append(f"By evidence {best.name} is not better than {' and '.join(near)} for all that is known: the difference is less than twice its standard deviation.")
+        doubts.append(f"By evidence {best.name} is not better than {' and '.join(near)} for all that is known: the difference is within what they may be off by.")
     if unsettled:
         doubts.append(f"Not settled yet by the criterion of their shift, so that evidences and predictions may move: {', '.join(unsettled)}.")
     return doubts

@@ -13,18 +13,25 @@ FIGURES = (".png", ".pdf", ".svg")
 
 
 def check_file(path: Path, option: str = "-o") -> None:
-    """Raise InputError for a file that holds something already, and for a place that cannot be written to."""
-    there = path.exists()
+    """Raise InputError for a file that holds something already, and for a place that cannot be written to. What is there is left as it is."""
+    try:
+        path.open("xb").close()
+    except FileExistsError:
+        _check_what_is_there(path, option)
+    except OSError as error:
+        raise InputError(unwritable(path, error)) from None
+    else:
+        path.unlink()
+
+
+def _check_what_is_there(path: Path, option: str) -> None:
+    if path.is_dir():
+        raise InputError(unwritable(path, IsADirectoryError()))
+    if not path.exists():
+        raise InputError(f"{path}: this is a link to nowhere, and the name of a file to write was expected.")
+    # A pipe or a device takes what it is given, and a file that is empty has nothing to lose: a shell may have made it for /dev/stdout.
     if path.is_file() and path.stat().st_size > 0:
         raise InputError(f"{path}: this file is there already and is not overwritten; name another by {option}.")
-    # A pipe or a device takes what it is given; opening it twice would end it.
-    if not there or path.is_file() or path.is_dir():
-        try:
-            path.open("ab").close()
-        except OSError as error:
-            raise InputError(unwritable(path, error)) from None
-        if not there:
-            path.unlink()
 
 
 def check_table(path: Path) -> None:
@@ -56,7 +63,7 @@ def check_folder(path: Path) -> None:
 def check_outputs(table: Path | None, figure: Path | None) -> None:
     """As check_file, for the table and the figure of one command, either of which may not be asked for."""
     if table and figure and table.absolute() == figure.absolute():
-        raise InputError(f"{table.absolute()}: two outputs have this name, and one for each was expected.")
+        raise InputError(f"{table}: two outputs have this name, and one for each was expected.")
     if table:
         check_table(table)
     if figure:

@@ -29,11 +29,11 @@ def predict(
     against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
     increment: Annotated[float, typer.Option(help="The axial strain between states.")] = 0.004,
-    samples: Annotated[int, typer.Option(help="Simulations, each of parameters drawn from the posterior.")] = 30,
+    samples: Annotated[int, typer.Option(min=2, help="Simulations, each of parameters drawn from the posterior.")] = 30,
     workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV.", metavar="FILE")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg).", metavar="FILE")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV; nothing is overwritten.", metavar="FILE")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
@@ -85,8 +85,13 @@ def predict(
 
 def say_what_runs(result: Result, samples: int, test: StressPathTest, name: str = "") -> None:
     """What a command will be busy with, in the minute before it has anything to show."""
-    opening = f"{name}: " if name else ""
-    typer.echo(f"{opening}the posterior from {result.evaluations} evaluations, then {samples} simulations of {test.name_with_article} at {test.confining_pressure / 1e3:g} kPa ...", err=True)
+    opening = f"{name}: the" if name else "The"
+    typer.echo(f"{opening} posterior of {result.evaluations} evaluations, and then {samples} simulations of {_named(test)} ...", err=True)
+
+
+def _named(test: StressPathTest) -> str:
+    at = "" if test.confining_pressure is None else f" at {test.confining_pressure / 1e3:g} kPa"
+    return f"{test.name_with_article}{at}"
 
 
 def say_if_few(samples: int) -> None:
@@ -154,7 +159,7 @@ def _write(prediction: Prediction, path: Path) -> None:
 
 def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ...], reference: Reference | None) -> list[str]:
     lines = [
-        f"Predicted {test.name_with_article} at {test.confining_pressure / 1e3:g} kPa from {len(prediction.theta)} samples of the posterior"
+        f"Predicted {_named(test)} from {len(prediction.theta)} samples of the posterior"
         + (f"; {len(prediction.failures)} more failed ({prediction.failures[0].kind})" if prediction.failures else "")
         + ". Means and 90 % intervals at the last state:"
     ]

@@ -16,7 +16,7 @@ from graincal.models import StressPathTest
 from graincal.models.economy import Economy
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from graincal.data import Reference, Response
 
@@ -42,8 +42,8 @@ class Simulation:
     inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = Economy.inertia_factor
     settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = Economy.settling_damping
     strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = Economy.strain_ramp
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot.", metavar="FILE")] = None
-    plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg).", metavar="FILE")] = None
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot. Nothing is overwritten.", metavar="FILE")] = None
+    plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
 
     def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, **options: Any) -> None:
@@ -191,7 +191,7 @@ def _parse(parameters: list[str]) -> dict[str, float]:
     return theta
 
 
-def _doubts(test: StressPathTest, theta: Mapping[str, float], at: Sequence[float]) -> list[str]:
+def _doubts(test: StressPathTest, theta: Mapping[str, float], at: ArrayLike) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
     from graincal.models.plausibility import unusual_pressure
     from graincal.models.stress_path import unusual, unusual_parameters

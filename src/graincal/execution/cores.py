@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from numbers import Integral
 from typing import Literal
 
 from graincal.data import InputError
@@ -19,6 +20,6 @@ def number_of_workers(workers: int | Literal["all"]) -> int:
     """The evaluations that may run at once; "all" is one a core. Raises InputError for what is no such number."""
     if workers == "all":
         return available_cores()
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+    if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
         raise InputError(f'workers must be a whole number above 0 or "all", not {workers!r}.')
-    return workers
+    return int(workers)

@@ -48,16 +48,18 @@ def draw_samples(result: Result) -> Figure | None:
         margin = 0.03 * (high - low)
         panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
     if result.has_posterior:
-        iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", "Crosses are failures, at the parameters that they had." if result.failures else ""
+        iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", ""
+        if result.failures:
+            below += " Crosses are failures, at the parameters that they had."
         if result.stopped.any():
-            below += f" Of the {count(int(result.stopped.sum()), 'run')} that were stopped early, it is the error of the states that they came to."
+            below += f" Of the {count(int(result.stopped.sum()), 'run')} that were stopped early, ε is the error of the states that they came to."
     else:
         iterations = count(len(result.iterations), "iteration")
-        below = "The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open."
+        below = " The points below the dotted line fit about as well as the best: across the values that they have, a parameter is open."
     return Figure(
         "samples",
         f"{count(result.evaluations, 'sample')} in {iterations}: errors of {value(result.best.error, 3)} to {value(above, 3)} %.",
-        "Each point is one evaluation, with its error ε; darker points are of later ones, and the grey lines are the ends of the range. " + below,
+        "Each point is one evaluation, with its error ε; darker points are of later ones, and the grey lines are the ends of the range." + below,
         tuple(panels),
     )
 

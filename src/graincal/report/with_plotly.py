@@ -147,6 +147,7 @@ def _stroke(style: Style) -> Description:
 def _level(mark: Level, x: str, y: str) -> Description:
     along = {"x0": mark.at, "x1": mark.at, "y0": 0, "y1": 1} if mark.upright else {"x0": 0, "x1": 1, "y0": mark.at, "y1": mark.at}
     names = {"xref": x, "yref": f"{y} domain"} if mark.upright else {"xref": f"{x} domain", "yref": y}
+    # Above: below, a grid line at the same place would hide it.
     return {"type": "line", "layer": "above", "line": _stroke(mark.style), **along, **names}
 
 
