@@ -8,7 +8,7 @@ parameters on the calibration's packing: what the truth itself comes to. Beside 
 the same where the reference is of it. After every batch, three fresh runs are made at the method's answer; a method is
 through when their mean error is at most 1.2 times the floor; "at the end" is their error at the last answer. Those three are not counted; runs that "posterior, early stop" stops are. "posterior, first look" begins with a calibration of the same
 reference by a packing of 250 particles, 143 evaluations whose hours are counted and whose number is not. "posterior, three packings" spreads its runs over the calibration's
-packing and two more that are prepared. Finished calibrations are kept in the file of results
+packing and two more that are prepared. "posterior, its packing" calibrates on the packing that the reference was made on, so that the floor is what runs are apart. Finished calibrations are kept in the file of results
 and not run again. --figure draws the posteriors' 90 % intervals beside the truths.
 """
 
@@ -35,7 +35,8 @@ OBSERVABLES = ("stress_ratio", "volumetric_strain")
 TRUTHS = {"own packing": (8.72, 0.227, 28.1, 0.079, 0.569), "other packing": (8.0, 0.3, 38.0, 0.3, 0.4), "prepared packing": (9.4, 0.15, 22.0, 0.2, 0.6)}
 CONFINING_PRESSURE = 0.5e6
 
-METHODS = ("posterior", "posterior, first look", "posterior, early stop", "posterior, three packings", "iterative-bayesian")
+ON_ITS_PACKING = "posterior, its packing"
+METHODS = ("posterior", "posterior, first look", "posterior, early stop", "posterior, three packings", ON_ITS_PACKING, "iterative-bayesian")
 LOOK = {"first_batch": 60, "batch": 20, "stop": Stop(max_evaluations=160, max_iterations=False, posterior_shift=False)}
 
 # What a curve of a simulation is read to, of its peak: its own scatter is the simulator's, which the posterior learns.
@@ -63,11 +64,13 @@ def main() -> None:
         if any((row["reference"], row["method"], row["seed"]) == (name, method, seed) for row in done):
             continue
         truth = np.array(TRUTHS[name])
-        known = next((row for row in done if row["reference"] == name), None)
-        reference = _reference(packings[name](), truth)
-        floor = known["floor"] if known else _fresh(own, truth, reference, arguments.threads)
-        apart = known["apart"] if known else _fresh(own, truth, _reference(own, truth), arguments.threads)
-        found = calibrate(own, reference, method, seed, floor, arguments)
+        of_reference = packings[name]()
+        packing = of_reference if method == ON_ITS_PACKING else own
+        known = next((row for row in done if row["reference"] == name and (row["method"] == ON_ITS_PACKING) == (method == ON_ITS_PACKING)), None)
+        reference = _reference(of_reference, truth)
+        floor = known["floor"] if known else _fresh(packing, truth, reference, arguments.threads)
+        apart = known["apart"] if known else _fresh(packing, truth, _reference(packing, truth), arguments.threads)
+        found = calibrate(packing, reference, method, seed, floor, arguments)
         done.append({"reference": name, "method": method, "seed": seed, "floor": floor, "apart": apart, "truth": truth.tolist(), **found})
         with arguments.output.open("a") as file:
             file.write(json.dumps(done[-1]) + "\n")
