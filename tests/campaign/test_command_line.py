@@ -20,6 +20,7 @@ from graincal.campaign.status import status
 from graincal.campaign.store import Store, holds_campaign
 from graincal.cli import app, main
 from graincal.cli.outputs import check_file
+from graincal.cli.status import _lines
 from graincal.execution import available_cores
 from graincal.models import TESTS
 
@@ -138,6 +139,12 @@ def test_status_is_a_contract(campaign, call):
     assert list(found["best"]) == ["sample", "iteration", "error", "theta"] and list(found["best"]["theta"]) == ["strength", "dilatancy"]
     words = call("status", campaign)
     assert words.code == 0 and "finished" in words.out and "stopped by max_iterations" in words.out
+
+
+def test_a_batch_that_is_evaluated_has_no_time_left(campaign):
+    found = status(campaign) | {"state": "interrupted", "seconds_left": 0.0}
+    assert any(line.endswith(": 20 of 20 evaluated, 0 failed") for line in _lines(found))
+    assert any(line.endswith(", about 30 s left in it") for line in _lines(found | {"seconds_left": 30.0}))
 
 
 def test_export_gives_every_figure(campaign, call, tmp_path):

@@ -9,7 +9,7 @@ from graincal.campaign.doubts import doubts
 from graincal.cli.text import duration
 from graincal.data import MeasurementError
 from graincal.laboratory.reading import sign_change
-from graincal.models.stress_path import unusual_parameters
+from graincal.models.contact_parameters import unusual_parameters
 
 from .hyperbola import SPACE, STRAIN, model
 

@@ -11,6 +11,7 @@ from graincal.campaign import Result
 from graincal.campaign.comparison import Contender, compare
 from graincal.campaign.learnt import Learnt
 from graincal.cli.compare import _doubts
+from graincal.cli.predict import _named
 from graincal.models import StressPathTest
 
 from . import frictional
@@ -69,6 +70,12 @@ def test_another_pressure_is_predicted_and_scored(call, folder, tmp_path):
     np.testing.assert_array_equal(band["axial_strain"], np.float64([f"{strain:.9g}" for strain in STRAIN]))
     for name, values in frictional.curves(*TRUTH).items():
         assert np.abs(band[f"{name}_mean"] - values).max() < 3 * ERRORS[name]
+
+
+def test_a_path_without_a_consolidation_is_named_without_its_pressure(tmp_path):
+    (tmp_path / "path.csv").write_text("stress_x,stress_y,stress_z,record\n1e5,1e5,1e5,yes\n")
+    table = gc.TableTest(frictional.packing(), table=gc.StressPathTable.read(tmp_path / "path.csv"))
+    assert _named(table) == table.name_with_article and _named(gc.TriaxialTest(frictional.packing(), 0.5e6)) == "a triaxial test at 500 kPa"
 
 
 def test_a_test_that_was_fitted_is_not_called_predicted(call, folder):

@@ -6,7 +6,7 @@ import pytest
 from graincal import Failure, InputError, Packing, Response, Samples, TriaxialTest, _native, demo
 from graincal.dem.batch import run_batch
 from graincal.dem.stress_path import drained_triaxial
-from graincal.models.stress_path import PARAMETERS
+from graincal.models.contact_parameters import PARAMETERS
 
 from .spheres import law, rounding
 

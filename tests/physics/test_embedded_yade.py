@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from graincal import Packing, demo
-from graincal.models.stress_path import PARAMETERS
+from graincal.models.contact_parameters import PARAMETERS
 
 from .curves import COMPARED, Replicates, error, mean_curve, read_columns, replicate_floor, sample_error
 

@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 
-from graincal.models.stress_path import PARAMETERS
+from graincal.models.contact_parameters import PARAMETERS
 
 from .conftest import PAPER_CASE, PAPER_SCALINGS
 from .curves import OBSERVABLES, sample_error

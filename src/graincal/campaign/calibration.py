@@ -18,7 +18,7 @@ from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter,
 from graincal.inference.first_look import FirstLook
 from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
-from graincal.models.stress_path import check_ranges, check_units
+from graincal.models.contact_parameters import check_ranges, check_units
 from graincal.suggestion import did_you_mean
 
 POSTERIOR = "posterior"
@@ -91,7 +91,7 @@ class Calibration:
                 raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, known)}; expected some of {', '.join(known)}.")
             if not (isinstance(value, Real) and np.isfinite(value)):
                 raise InputError(f"truth.{name} must be a number, not {value!r}.")
-        number_of_workers(self.workers)
+        number_of_workers(self.workers)  # raises for what is none
         for experiment in self.experiments:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')

@@ -11,7 +11,8 @@ from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import unsheared
 from graincal.models import StressPathTest
 from graincal.laboratory.reading import sign_change
-from graincal.models.stress_path import STRAINS, unusual, unusual_parameters
+from graincal.models.contact_parameters import unusual_parameters
+from graincal.models.stress_path import STRAINS, unusual
 
 
 def doubts(calibration: Calibration) -> list[str]:

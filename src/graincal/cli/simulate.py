@@ -194,7 +194,8 @@ def _parse(parameters: list[str]) -> dict[str, float]:
 def _doubts(test: StressPathTest, theta: Mapping[str, float], at: ArrayLike) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
     from graincal.models.plausibility import unusual_pressure
-    from graincal.models.stress_path import unusual, unusual_parameters
+    from graincal.models.contact_parameters import unusual_parameters
+    from graincal.models.stress_path import unusual
 
     said = unusual_parameters({name: (value,) for name, value in theta.items()})
     if test.control.endswith("stress"):

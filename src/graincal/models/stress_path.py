@@ -8,23 +8,20 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal import _native
-from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
+from graincal.data import Failure, InputError, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.execution import OneByOne, available_cores
+from graincal.models.contact_parameters import PARAMETERS, limits_of, meant, outside, unusual_parameters
 from graincal.models.economy import DENSITY, Economy, density_scaling_of
-from graincal.models.plausibility import POSSIBLE_LOG_MODULI, impossible_pressure, modulus_itself, unusual_angle, unusual_log_modulus, unusual_pressure
+from graincal.models.plausibility import impossible_pressure, unusual_pressure
 from graincal.suggestion import did_you_mean
-
-PARAMETERS = ("log_E", "nu", "phi", "beta_m", "eta_m")
-"""Hartmann, Cheng, Thornton (2022), Table 1: log10 of the modulus in Pa, stiffness ratio, friction angle in degrees, rolling stiffness and strength.
-With the law "hertz-mindlin", the modulus and Poisson's ratio are those of the grains."""
 
 LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
 """The contact laws by name (docs/contact-laws.md)."""
@@ -44,14 +41,6 @@ RETURNED = (
     "a_c", "a_n", "a_t", "unbalanced_force", "steps", "flagged",
 )  # fmt: skip
 """The columns of a response: strains logarithmic and stresses in Pa, compression positive; Z, a_c, a_n, a_t by Eq. 8-11 of the paper."""
-
-UNITS = {"log_E": ("log10 Pa", "log10(Pa)", "log10 [Pa]", "log Pa", "log(Pa)"), "phi": ("deg", "°", "degree", "degrees")}
-"""How the unit of a parameter may be written, the usual way first; those that do not stand here are plain numbers."""
-_NO_UNIT = ("-", "1")
-
-_LINEAR_BOUNDS = {"log_E": POSSIBLE_LOG_MODULI, "nu": (0.0, np.inf), "phi": (0.0, 90.0), "beta_m": (0.0, np.inf), "eta_m": (0.0, np.inf)}
-_BOUNDS = {"linear": _LINEAR_BOUNDS, "hertz-mindlin": _LINEAR_BOUNDS | {"nu": (0.0, 0.5)}}
-"""Where each contact law means something; each parameter below its upper bound."""
 
 _NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "flagged": 0, "consolidation_flagged": 0}
 
@@ -140,8 +129,8 @@ class StressPathTest(Economy, ABC):
         if unknown := sorted(set(self.fixed) - set(PARAMETERS)):
             raise InputError(f"fixed: {unknown[0]} is not among the test's parameters {', '.join(PARAMETERS)}{did_you_mean(unknown[0], PARAMETERS)}.")
         for name, value in self.fixed.items():
-            if not isinstance(value, Real) or _outside(name, value, self.law):
-                raise InputError(f"fixed.{name} must be a number {_words(name, self.law)}, not {value!r}{_meant(name, value)}.")
+            if not isinstance(value, Real) or outside(name, value, self.law):
+                raise InputError(f"fixed.{name} must be a number {limits_of(name, self.law)}, not {value!r}{meant(name, value)}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
 
     def _hold_packings(self) -> None:
@@ -235,9 +224,9 @@ class StressPathTest(Economy, ABC):
     ) -> Iterator[tuple[int, Response | Failure]]:
         possible = []
         for row, values in enumerate(theta):
-            if wrong := [name for name, value in zip(PARAMETERS, values) if _outside(name, value, self.law)]:
+            if wrong := [name for name, value in zip(PARAMETERS, values) if outside(name, value, self.law)]:
                 name, value = wrong[0], values[PARAMETERS.index(wrong[0])]
-                reason = f"{name} = {value:g} has no meaning, it must be a number {_words(name, self.law)}{_meant(name, value)}."
+                reason = f"{name} = {value:g} has no meaning, it must be a number {limits_of(name, self.law)}{meant(name, value)}."
                 yield row, Failure("parameters", reason, _NOTHING_RUN)
             else:
                 possible.append(row)
@@ -327,59 +316,12 @@ def _law(name: str, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.H
     return LAWS[name](10.0**log_modulus, ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
 
 
-def _outside(name: str, value: float, law: str) -> bool:
-    low, high = _BOUNDS[law][name]
-    return not (np.isfinite(value) and low <= value < high)
-
-
-def _meant(name: str, *values: Any) -> str:
-    """How to write what was probably meant by values outside the bounds."""
-    return modulus_itself(*values) if name == "log_E" and all(isinstance(value, Real) for value in values) else ""
-
-
-def _words(name: str, law: str) -> str:
-    low, high = _BOUNDS[law][name]
-    limits = [f"at least {low:g}"] * bool(np.isfinite(low)) + [f"below {high:g}"] * bool(np.isfinite(high))
-    return " and ".join(limits)
-
-
 def unusual(test: StressPathTest) -> list[str]:
     """What is to be said of a test at a pressure, or with a fixed modulus, that another unit was probably meant for."""
     pressure = test.confining_pressure
     said = [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
     said += unusual_parameters({f"fixed.{name}": (value,) for name, value in test.fixed.items()})
     return [doubt for doubt in said if doubt]
-
-
-def unusual_parameters(values: Mapping[str, tuple[float, ...]]) -> list[str]:
-    """What is to be said of values or ends of ranges that another unit was probably meant for, each by the parameter's name with its place before it."""
-    said = []
-    for place, given in values.items():
-        name = place.rpartition(".")[2]
-        said += [unusual_log_modulus(place, *given)] if name == "log_E" else [unusual_angle(place, *given)] if name == "phi" else []
-    return [doubt for doubt in said if doubt]
-
-
-def check_units(space: ParameterSpace) -> None:
-    """Raise InputError for a unit that a contact parameter does not have: values are never converted."""
-    for name, unit in zip(space.names, space.units):
-        known = UNITS.get(name, _NO_UNIT)
-        if name in PARAMETERS and unit and unit not in known:
-            raise InputError(
-                f'parameters.{name}.unit must be "{known[0]}" or left out, in which the contact law takes {name}, not "{unit}": nothing is converted, so write the range in that unit.'
-            )
-
-
-def check_ranges(space: ParameterSpace, law: str) -> None:
-    """Raise InputError for a range in which the contact law does not mean something throughout."""
-    for name, low, high in zip(space.names, space.low, space.high):
-        if name not in PARAMETERS:
-            continue
-        place, limits = f"parameters.{name}.range must hold numbers", f"[{low:g}, {high:g}]"
-        if name == "log_E" and (_outside(name, low, law) or _outside(name, high, law)):
-            raise InputError(f"{place} {_words(name, law)}, the log10 of the modulus in Pa, not {limits}{_meant(name, low, high)}.")
-        if _outside(name, low, law) or _outside(name, high, law):
-            raise InputError(f"{place} {_words(name, law)}, where the contact law means something, not {limits}.")
 
 
 def checked_strains(at: ArrayLike) -> NDArray[np.float64]:

@@ -13,7 +13,8 @@ from graincal.campaign import Experiment, Result
 from graincal.campaign.experiment import Model
 from graincal.data import Reference, Samples
 from graincal.models import PythonModel, StressPathTest, TableTest, TriaxialTest
-from graincal.models.stress_path import PARAMETERS, PRECISIONS, STRAINS
+from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.stress_path import PRECISIONS, STRAINS
 
 PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
