@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -189,21 +189,27 @@ class MeasurementError:
 
     absolute: standard deviation in the observable's own unit. relative: standard deviation as a share of each value. Both are errors of a device
     (load cell, volume change, membrane), which are alike at neighbouring states. step: of a display, or of reading a printed curve, in the
-    observable's own unit; its error is uniform, of variance step^2 / 12, and independent from state to state.
+    observable's own unit; its error is uniform, of variance step^2 / 12. noise: standard deviation of what differs from row to row, in the observable's
+    own unit. The errors of both are independent from row to row.
     Raises InputError for a number that is negative or not finite, or when all are zero.
     """
 
     absolute: float = 0.0
     relative: float = 0.0
     step: float = 0.0
+    noise: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("absolute", "relative", "step"):
+        for name in ("absolute", "relative", "step", "noise"):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not (np.isfinite(value) and value >= 0):
                 raise InputError(f"a measurement error's {name} must be a number, not negative, not {value!r}.")
-        if not (self.absolute or self.relative or self.step):
-            raise InputError("a measurement error needs an absolute or relative standard deviation or a step above 0.")
+        if not (self.absolute or self.relative or self.step or self.noise):
+            raise InputError("a measurement error needs an absolute or relative standard deviation, a step or a noise above 0.")
+
+    def independent_variance(self) -> float:
+        """Of one row: of the step and the noise."""
+        return self.step**2 / 12 + self.noise**2
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -292,6 +298,19 @@ class Reference:
         """The variance shares w~, (J,)."""
         return np.array([self.variance_shares[name] for name in self.names])
 
+    def of_one(self, name: str, error: MeasurementError) -> Reference:
+        """One of the observables by itself, with its measurement error."""
+        return Reference(
+            self.control,
+            {name: self.observables[name]},
+            None,
+            {name: error},
+            control_name=self.control_name,
+            control_step=self.control_step,
+            simulated=self.simulated,
+            notes=self.notes,
+        )
+
     @classmethod
     def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
         """Read a laboratory file into SI units and fractions.
@@ -305,14 +324,19 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What a model returned for one sample: `values` maps names of observables and quantities of interest to (T,), on `control` (T,).
+    """What a model returned for one sample: `values` maps names of observables and quantities of interest to (S,), on `control` (S,).
 
+    `control` are the model's own states, which cover what was asked for; `graincal.interpolation.interpolate` gives the values between them.
     `details` holds scalars about the evaluation (steps, flagged states, seconds of wall time; a "stopped" that is not 0 says that it ended early, on
-    request, and `control` with it)."""
+    request, and `control` with it). `control_name`: what the control is of. `confining_pressure`: Pa, where the test has one that all its stresses are in
+    proportion to; `in_pascal` names the values that are stresses."""
 
     control: NDArray[np.float64]
     values: Mapping[str, NDArray[np.float64]]
     details: Mapping[str, float] = field(default_factory=dict)
+    control_name: str = ""
+    confining_pressure: float | None = None
+    in_pascal: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         flagged = f", {self.details['flagged']:g} of them flagged" if "flagged" in self.details else ""
@@ -320,12 +344,28 @@ class Response:
 
     @property
     def stopped(self) -> bool:
-        """Whether the evaluation ended early, on request: these are the first of the states that were asked for."""
+        """Whether the evaluation ended early, on request: these are the first of its states."""
         return bool(self.details.get("stopped"))
 
     def observables(self, names: tuple[str, ...]) -> NDArray[np.float64]:
-        """The named values as columns, (T, J)."""
+        """The named values as columns, (S, J)."""
         return np.stack([self.values[name] for name in names], axis=1)
+
+    def at_pressure(self, confining_pressure: float) -> Response:
+        """The response of the same test at another confining pressure (Pa), with moduli and the grains' density in the same proportion.
+
+        In units of its confining pressure the test is the same, grain for grain. So strains and ratios stay, and what is in Pa, the control too, is
+        multiplied. With log_E the log10 of the modulus in Pa, it is that of log_E + log10(confining_pressure / self.confining_pressure).
+        Raises InputError for a response that does not say its pressure, and for a pressure that is not positive.
+        """
+        if self.confining_pressure is None:
+            raise InputError("this response does not say at which confining pressure its test was run, and so it cannot be taken to another one.")
+        if not (np.isfinite(confining_pressure) and confining_pressure > 0):
+            raise InputError(f"confining_pressure must be a positive number, not {confining_pressure!r}.")
+        factor = confining_pressure / self.confining_pressure
+        values = {name: factor * column if name in self.in_pascal else column for name, column in self.values.items()}
+        control = factor * self.control if self.control_name in self.in_pascal else self.control
+        return replace(self, control=control, values=values, confining_pressure=float(confining_pressure))
 
 
 @dataclass(frozen=True)

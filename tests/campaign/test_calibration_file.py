@@ -71,16 +71,16 @@ def test_a_triaxial_test_reads_its_packing_beside_the_file(tmp_path):
     (experiment,) = read_calibration(path).experiments
     assert isinstance(experiment.model, TriaxialTest)
     assert experiment.model.confining_pressure == 2e5 and experiment.model.fixed == {"nu": 0.2, "beta_m": 0.1, "eta_m": 0.1}
-    assert experiment.model.packing.count == 27 and experiment.model.density_scaling == 1e3
+    assert experiment.model.packing.count == 27 and experiment.model.density_scaling is None
 
 
 def test_what_saves_steps_is_chosen_by_keys(tmp_path):
-    keys = "inertial_number = 1e-3, time_step_bound = 'contact', mass_exponent = 1, inertia_factor = 2, settling_damping = 0.4, strain_ramp = 0.1"
+    keys = "inertial_number = 1e-3, rest_every = 0.01, accuracy = 'reference', mass_exponent = 1, inertia_factor = 2, settling_damping = 0.4, strain_ramp = 0.1"
     (experiment,) = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", f"confining_pressure = 2e5, {keys},"))).experiments
-    options = {"time_step_bound": "contact", "mass_exponent": 1.0, "inertia_factor": 2.0, "settling_damping": 0.4, "strain_ramp": 0.1}
-    assert experiment.model.economies == options
+    options = {"time_step_bound": "grain", "precision": "float64", "mass_exponent": 1.0, "inertia_factor": 2.0, "settling_damping": 0.4, "strain_ramp": 0.1}
+    assert experiment.model.settings == options and experiment.model.rest_every == 0.01
     # I = 0.1 /s * 2.0002 mm * sqrt(2650 kg/m^3 * scaling / 200 kPa)
-    assert experiment.model.density_scaling == pytest.approx(2e5 * (1e-3 / (0.1 * 2.0002e-3)) ** 2 / 2650, rel=1e-12)
+    assert experiment.model.scaling == pytest.approx(2e5 * (1e-3 / (0.1 * 2.0002e-3)) ** 2 / 2650, rel=1e-12)
 
 
 def test_the_contact_law_is_chosen_by_name(tmp_path):
@@ -112,9 +112,9 @@ def write_triaxial(folder, *replacements):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, correlation_length, discrepancy, first_look was expected."),
-        (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, correlation_length, discrepancy was expected.'),
-        ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance was expected.'),
+        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, first_look was expected."),
+        (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy was expected.'),
+        ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance, thin was expected.'),
         (THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false", "\n[stop]\ns = 0.01", 'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("alpha = 10", "early_stop = 1", "filter.early_stop must be true or false, not 1."),

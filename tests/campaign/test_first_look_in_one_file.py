@@ -108,7 +108,7 @@ def test_a_smaller_packing_takes_the_place_of_another(tmp_path):
     (tmp_path / "calibration.toml").write_text(text)
     calibration = read_calibration(tmp_path / "calibration.toml")
     (experiment,), (cheap,) = calibration.experiments, calibration.look.experiments
-    assert (experiment.model.packing.count, experiment.model.density_scaling) == (216, 1e3)
+    assert (experiment.model.packing.count, experiment.model.density_scaling) == (216, None)
     assert (cheap.model.packing.count, cheap.model.density_scaling) == (100, 1e4) and cheap.reference is experiment.reference
     assert calibration.look.filter_options["discrepancy"]
 

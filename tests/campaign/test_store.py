@@ -103,27 +103,32 @@ def test_a_triaxial_test_needs_no_file_once_it_is_stored(tmp_path):
     assert experiment.model.fixed == calibration.experiments[0].model.fixed
 
 
-def test_a_contact_law_is_stored_where_it_is_not_the_linear_one(tmp_path):
-    # A description of the linear law has the keys that it had before there was another: campaigns of that time are taken up again.
+def test_a_contact_law_and_a_precision_are_stored(tmp_path):
     from graincal.campaign.config import read_calibration
 
-    linear = read_calibration(write_triaxial(tmp_path))
-    keys = ["kind", "packing", "confining_pressure", "density_scaling", "fixed", "largest_flagged_share", "step_limit"]
-    assert list(describe(linear)["experiments"][0]["model"]) == keys
-    assert restore(describe(linear)).experiments[0].model.law == "linear"
-    hertz = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", 'confining_pressure = 2e5, law = "hertz-mindlin",')))
-    assert Store.create(hertz).calibration.experiments[0].model.law == "hertz-mindlin"
-    assert describe(hertz) != describe(linear)
+    plain = read_calibration(write_triaxial(tmp_path))
+    for name, other in (("law", "hertz-mindlin"), ("precision", "float64")):
+        chosen = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", f'confining_pressure = 2e5, {name} = "{other}",')))
+        assert getattr(Store.create(chosen).calibration.experiments[0].model, name) == other
+        assert getattr(restore(describe(plain)).experiments[0].model, name) != other and describe(chosen) != describe(plain)
 
 
-def test_a_precision_is_stored_where_it_is_not_float64(tmp_path):
+def test_a_response_is_kept_on_the_states_of_its_model(tmp_path):
     from graincal.campaign.config import read_calibration
 
-    double = read_calibration(write_triaxial(tmp_path))
-    assert restore(describe(double)).experiments[0].model.precision == "float64"
-    single = read_calibration(write_triaxial(tmp_path, ("confining_pressure = 2e5,", 'confining_pressure = 2e5, precision = "float32",')))
-    assert Store.create(single).calibration.experiments[0].model.precision == "float32"
-    assert describe(single) != describe(double)
+    calibration = read_calibration(write_triaxial(tmp_path))
+    (tmp_path / "campaign").mkdir()
+    store = Store.create(calibration, tmp_path / "campaign")
+    samples = asked(store)
+    test, states = calibration.experiments[0].model, np.array([0.0, 0.0005, 0.001])
+    kept = test.response(states, {"stress_ratio": 1 + states, "mean_stress": 2e5 + states}, {"steps": 7})
+    store.record(samples.ids[0], 0, kept)
+    store.close()
+    found = Store.open(tmp_path / "campaign").outcome(samples.ids[0], 0)
+    np.testing.assert_array_equal(found.control, states)
+    # It serves another confining pressure as it is.
+    assert (found.control_name, found.confining_pressure, found.in_pascal) == ("axial_strain", 2e5, ("mean_stress",))
+    np.testing.assert_allclose(found.at_pressure(4e5).values["mean_stress"], 2 * kept.values["mean_stress"], rtol=1e-15)
 
 
 def test_a_function_comes_back_by_its_name_alone(tmp_path):
@@ -169,7 +174,7 @@ def test_a_store_of_another_format_is_refused(tmp_path):
     Store.create(calibration(), tmp_path).close()
     with sqlite3.connect(tmp_path / "campaign.db") as db:
         db.execute("PRAGMA user_version = 99")
-    with pytest.raises(InputError, match="this campaign has the format 99, and this graincal reads the format 1"):
+    with pytest.raises(InputError, match=r"this campaign was stored by graincal [\d.]+ in the format 99, and graincal [\d.]+ reads the format 2 alone: calibrate again, in another folder"):
         Store.open(tmp_path)
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from graincal.models.stress_path import PRECISIONS
+from graincal.models.economy import PRECISIONS
 
 from .spheres import packing_at_rest
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from graincal import _native
-from graincal.models.stress_path import PRECISIONS
+from graincal.models.economy import PRECISIONS
 
 from .spheres import STILL, jittered_lattice, law, masses, normal_stiffness, rounding, steps, two_spheres
 

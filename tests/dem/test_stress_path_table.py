@@ -14,9 +14,10 @@ stress_x,stress_y,stress_z,strain_z,record,strain_origin
 
 1e5,1e5,1e5,,no,yes
 1e5,1e5,,0,,
-1e5,1e5,,0.002,yes,
-# one more
-1e5,1e5,,0.005,,no
+1e5,1e5,,0.0005,yes,
+# where the triaxial test rests on its way
+1e5,1e5,,0.001,,no
+1e5,1e5,,0.002,,no
 """
 
 
@@ -28,16 +29,16 @@ def read(folder, text):
 
 def test_a_table_with_the_stages_of_the_triaxial_test_is_the_triaxial_test(packing, tmp_path):
     table = TableTest(packing, table=read(tmp_path, DRAINED))
-    assert table.table.recorded == (2, 3, 4)
-    (ours,) = table.simulate([THETA], at=[2, 3, 4], threads=1)
-    (expected,) = TriaxialTest(packing, 1e5).simulate([THETA], at=[0.0, 0.002, 0.005], threads=1)
-    np.testing.assert_array_equal(ours.control, [2, 3, 4])
+    assert table.table.recorded == (2, 3, 4, 5)
+    (ours,) = table.simulate([THETA], at=[2, 3, 4, 5], threads=1)
+    (expected,) = TriaxialTest(packing, 1e5).simulate([THETA], at=[0.0, 0.0005, 0.001, 0.002], threads=1)
+    np.testing.assert_array_equal(ours.control, [2, 3, 4, 5])
     for name, values in expected.values.items():
         assert np.array_equal(ours.values[name], values), name
     # Consolidation may be left to the confining pressure.
     rest = DRAINED.replace("1e5,1e5,1e5,,no,yes\n", "")
-    (consolidated,) = TableTest(packing, 1e5, table=read(tmp_path, rest)).simulate([THETA], at=[1], threads=1)
-    np.testing.assert_array_equal(consolidated.control, [1, 2, 3])
+    (consolidated,) = TableTest(packing, 1e5, table=read(tmp_path, rest)).simulate([THETA], at=[1, 2, 3, 4], threads=1)
+    np.testing.assert_array_equal(consolidated.control, [1, 2, 3, 4])
     assert all(np.array_equal(consolidated.values[name], values) for name, values in expected.values.items())
 
 
@@ -78,16 +79,16 @@ def test_a_stage_that_is_not_recorded_cannot_be_asked_for(packing, tmp_path):
     [
         ("strain_z,record", "strain_z,recorded", 'column recorded is not known (did you mean "record"?), and each of stress_x, '),
         ("strain_z,record", "stress_z,record", "column stress_z stands twice, and each of stress_x, "),
-        (",,0.002,yes,", ",,0.002,yes", "line 6 (stage 3) has 5 cells, and one for each of the 6 columns was expected."),
-        (",,0.002,yes,", ",,0.2%,yes,", 'line 6 (stage 3), column strain_z: a number was expected, not "0.2%".'),
-        (",,0.002,yes,", ",,nan,yes,", 'line 6 (stage 3), column strain_z: a number was expected, not "nan".'),
-        (",,0.002,yes,", ",,2,yes,", "line 6 (stage 3), column strain_z: a strain between -1 and 1, a fraction and not percent, was expected, not 2."),
-        (",,0.002,yes,", ",1e5,0.002,yes,", "line 6 (stage 3), columns stress_z and strain_z: both are given, and one of them was expected."),
-        (",,0.002,yes,", ",,,yes,", "line 6 (stage 3), columns stress_z and strain_z: neither is given, and one of them was expected."),
-        (",,0.002,yes,", ",,0.002,true,", 'line 6 (stage 3), column record: yes or no was expected, not "true".'),
-        (",,0.005,,no", ",,0.005,,never", 'line 8 (stage 4), column strain_origin: yes or no was expected, not "never".'),
+        (",,0.0005,yes,", ",,0.0005,yes", "line 6 (stage 3) has 5 cells, and one for each of the 6 columns was expected."),
+        (",,0.0005,yes,", ",,0.2%,yes,", 'line 6 (stage 3), column strain_z: a number was expected, not "0.2%".'),
+        (",,0.0005,yes,", ",,nan,yes,", 'line 6 (stage 3), column strain_z: a number was expected, not "nan".'),
+        (",,0.0005,yes,", ",,2,yes,", "line 6 (stage 3), column strain_z: a strain between -1 and 1, a fraction and not percent, was expected, not 2."),
+        (",,0.0005,yes,", ",1e5,0.0005,yes,", "line 6 (stage 3), columns stress_z and strain_z: both are given, and one of them was expected."),
+        (",,0.0005,yes,", ",,,yes,", "line 6 (stage 3), columns stress_z and strain_z: neither is given, and one of them was expected."),
+        (",,0.0005,yes,", ",,0.0005,true,", 'line 6 (stage 3), column record: yes or no was expected, not "true".'),
+        (",,0.002,,no", ",,0.002,,never", 'line 9 (stage 5), column strain_origin: yes or no was expected, not "never".'),
         ("1e5,1e5,1e5", "-1e5,1e5,1e5", "line 4 (stage 1), column stress_x: a stress above 0 in Pa was expected, not -100000."),
-        ("1e5,1e5,,0,,\n1e5,1e5,,0.002,yes,\n# one more\n1e5,1e5,,0.005,,no\n", "", "no stage is recorded, and at least one row with record = yes was expected."),
+        ("1e5,1e5,,0,,\n1e5,1e5,,0.0005,yes,\n# where the triaxial test rests on its way\n1e5,1e5,,0.001,,no\n1e5,1e5,,0.002,,no\n", "", "no stage is recorded, and at least one row with record = yes was expected."),
         (DRAINED, "# nothing\n", "a header with some of the columns stress_x, "),
         (DRAINED, "stress_x,stress_y,stress_z,rate_y\n1,1,1,0\n", "line 2 (stage 1), column rate_y: a rate above 0 in 1/s was expected, not 0."),
         (DRAINED, "stress_x,stress_y\n1,1\n", "line 2 (stage 1), columns stress_z and strain_z: neither is given, and one of them was expected."),

@@ -3,7 +3,7 @@
 import pytest
 
 from graincal import Packing
-from graincal.models.stress_path import PRECISIONS
+from graincal.models.economy import PRECISIONS
 
 from .curves import Replicates, YadeCase
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from graincal import demo
-from graincal.models.stress_path import PRECISIONS
+from graincal.models.economy import PRECISIONS
 
 from .curves import Replicates, mean_curve, replicate_floor, sample_error
 

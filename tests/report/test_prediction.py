@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 import graincal as gc
 from graincal.cli import app
 from graincal.data import Failure
+from graincal.interpolation import interpolate
 from graincal.report import prediction as predicting
 from graincal.report import write_report
 from graincal.report.answer import as_samples
@@ -46,12 +47,12 @@ def test_it_is_the_most_probable_sample_at_twice_the_highest_pressure(result):
     assert found.experiment.name == "100000 Pa" and found.test.confining_pressure == 2e5
     [simulated] = found.test.simulate([result.most_probable.theta], at=STRAIN, threads=1)
     # The engine gives the same bits for the same run.
-    assert np.array_equal(found.response.values["stress_ratio"], simulated.values["stress_ratio"])
+    assert np.array_equal(interpolate(found.response, STRAIN).values["stress_ratio"], simulated.values["stress_ratio"])
     figure = figures(result, found)[-1]
     assert figure.name == "prediction" and "No test at this pressure was compared with it" in figure.caption
     assert figure.caption.startswith("A prediction, not a confirmation:") and figure.title.startswith("Predicted, not confirmed, at 200 kPa")
     predicted = next(mark for mark in figure.panels[1].marks if mark.name == "predicted at 200 kPa")
-    assert predicted.y == pytest.approx(100 * simulated.values["volumetric_strain"])
+    assert predicted.x == pytest.approx(100 * found.response.control) and predicted.y == pytest.approx(100 * found.response.values["volumetric_strain"])
 
 
 def test_it_can_be_left_out(result, tmp_path):
@@ -80,7 +81,7 @@ def test_the_line_simulates_the_sample_again(result, tmp_path, monkeypatch):
     run = CliRunner().invoke(app, words[1:])
     assert run.exit_code == 0, run.output
     table = np.genfromtxt(tmp_path / "curve.csv", delimiter=",", names=True)
-    curve = result.response(result.most_probable.sample, 0).values["stress_ratio"]
+    curve = interpolate(result.response(result.most_probable.sample, 0), STRAIN).values["stress_ratio"]
     # Eight digits of theta, and the chaos of grains over so short a path.
     assert np.interp(STRAIN, table["axial_strain"], table["stress_ratio"]) == pytest.approx(curve, rel=0.02)
 
@@ -91,7 +92,7 @@ def test_a_packing_that_is_no_file_leaves_a_place_for_one(result):
     unnamed = gc.TriaxialTest(gc.Packing(packing.positions, packing.radii, packing.edges), 1e5, fixed=FIXED)
     line = simulate_command(unnamed, as_samples(result, result.most_probable, experiment), experiment.reference)
     assert f"--packing {PLACEHOLDER} --confining-pressure 100000 -p log_E=8 -p nu=0.2 -p phi=" in line
-    assert line.endswith("--axial-strain 0.004 --increment 0.002 --density-scaling 1000 -o curve.csv")
+    assert line.endswith("--axial-strain 0.004 --increment 0.002 -o curve.csv")
 
 
 def test_the_line_of_a_calibration_file_prints_the_error_from_anywhere(tmp_path, monkeypatch):
@@ -114,8 +115,8 @@ def test_the_line_of_a_calibration_file_prints_the_error_from_anywhere(tmp_path,
 def test_a_precision_that_is_not_the_default_is_named(result):
     experiment = result.experiments[0]
     assert "--precision" not in simulate_command(experiment.model, as_samples(result, result.most_probable, experiment), experiment.reference)
-    single = replace(experiment.model, precision="float32")
-    assert " --precision float32 " in simulate_command(single, as_samples(result, result.most_probable, experiment), experiment.reference)
+    single = replace(experiment.model, precision="float64")
+    assert " --density-scaling 100000 --precision float64 " in simulate_command(single, as_samples(result, result.most_probable, experiment), experiment.reference)
 
 
 def test_a_packing_that_was_prepared_comes_with_the_line_that_makes_it(result, tmp_path):

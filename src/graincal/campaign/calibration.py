@@ -29,8 +29,8 @@ def round_of(method: str) -> str:
     return "batch" if method == POSTERIOR else "iteration"
 
 
-_OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance")
-FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "correlation_length", "discrepancy")}
+_OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance", "thin")
+FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "thin", "correlation_length", "discrepancy")}
 """The options of each method's filter."""
 
 _LIMITS = ("max_iterations", "max_evaluations")

@@ -68,5 +68,6 @@ def _data(result: Result) -> dict[str, object]:
     references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares")} for each in experiments]
     # What packings differ by is a part of the errors where a model has several.
     scatter = [experiment.scatters or experiment.reference.simulated for experiment in result.experiments]
+    thinned = [thinning.thinned for thinning in result.calibration.blank_filter().thinnings]
     options = {f"filter.{name}": value for name, value in result.calibration.error_options.items()}
-    return {"the number of experiments": len(references), "their references": references, "whether the scatter of packings counts": scatter, **options}
+    return {"the number of experiments": len(references), "their references": references, "whether the scatter of packings counts": scatter, "which references are thinned (filter.thin)": thinned, **options}

@@ -55,11 +55,12 @@ class Observable(Section):
     measurement_error: Positive | None = Field(None, description="a standard deviation above 0, a fraction for strains, in Pa for stresses")
     relative_error: Positive | None = Field(None, description="a standard deviation above 0 as a part of each value")
     step: Positive | None = Field(None, description="the step of a display or of a reading, above 0, a fraction for strains, in Pa for stresses")
+    noise: Positive | None = Field(None, description="a standard deviation above 0 of what differs from row to row, a fraction for strains, in Pa for stresses")
 
     @property
     def error(self) -> MeasurementError | None:
         """What is said of the measurement's error; None for nothing."""
-        said = {"absolute": self.measurement_error, "relative": self.relative_error, "step": self.step}
+        said = {"absolute": self.measurement_error, "relative": self.relative_error, "step": self.step, "noise": self.noise}
         return MeasurementError(**{name: float(value) for name, value in said.items() if value}) if any(said.values()) else None
 
 
@@ -78,18 +79,20 @@ class ReferenceFile(Section):
 class StressPathModel(Section):
     kind: str = Field(description=f"one of {', '.join(TESTS)}")
     confining_pressure: Positive = Field(description="a number above 0, in Pa")
-    density_scaling: Positive = Field(StressPathTest.density_scaling, description="a number above 0")
+    density_scaling: Positive | None = Field(None, description="a number above 0")
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
     largest_flagged_share: float = Field(StressPathTest.largest_flagged_share, ge=0, le=1, description="a number from 0 to 1")
     step_limit: int = Field(StressPathTest.step_limit, ge=1, description="a whole number above 0")
     inertial_number: Positive | None = Field(None, description="a number above 0")
-    time_step_bound: Literal["grain", "contact"] = Field(Economy.time_step_bound, description='"grain" or "contact"')
-    mass_exponent: float = Field(Economy.mass_exponent, ge=0, le=3, description="a number from 0 to 3")
+    rest_every: float | None = Field(None, ge=1e-5, lt=1, description="a strain from 1e-5 to 1, as a fraction")
+    accuracy: Literal["standard", "reference"] = Field(Economy.accuracy, description='"standard" or "reference"')
+    time_step_bound: Literal["grain", "contact"] | None = Field(None, description='"grain" or "contact"')
+    mass_exponent: float | None = Field(None, ge=0, le=3, description="a number from 0 to 3")
+    precision: Literal["float64", "float32"] | None = Field(None, description='"float64" or "float32"')
     inertia_factor: Positive = Field(Economy.inertia_factor, description="a number above 0")
     settling_damping: float = Field(Economy.settling_damping, gt=0, lt=1, description="a number between 0 and 1")
     strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
     law: Literal["linear", "hertz-mindlin"] = Field(StressPathTest.law, description='"linear" or "hertz-mindlin"')
-    precision: Literal["float64", "float32"] = Field(StressPathTest.precision, description='"float64" or "float32"')
     packing: str | list[str] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")
@@ -213,6 +216,7 @@ class FilterSection(Section):
     batch: int | None = Field(None, ge=2, description="a whole number above 1")
     ahead: int = Field(0, ge=0, description="a whole number, not negative")
     early_stop: bool = Field(False, description="true or false")
+    thin: bool | None = Field(None, description="true or false")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool = Field(False, description="true or false")
     first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
@@ -226,7 +230,7 @@ class LookSection(Section):
         """The calibration by cheaper models. Most of its evaluations fill the ranges: it is to say where to look, not where exactly the best is."""
         n, options = calibration.space.size, calibration.filter_options
         most = self.max_evaluations or 32 * n
-        kept = {name: options[name] for name in ("correlation_length", "discrepancy") if name in options}
+        kept = {name: options[name] for name in ("thin", "correlation_length", "discrepancy") if name in options}
         return replace(
             calibration,
             experiments=[self._cheaper(experiment, entry, folder) for experiment, entry in zip(calibration.experiments, entries)],
@@ -244,8 +248,8 @@ class LookSection(Section):
             table = {key: value for key, value in table.items() if key not in instead}
             if "particles" in self.model and isinstance(experiment.model, StressPathTest):
                 table.setdefault("void_ratio", round(experiment.model.packing.void_ratio, 4))
-        if "density_scaling" in self.model:
-            table.pop("inertial_number", None)
+        if {"density_scaling", "inertial_number"} & self.model.keys():
+            table = {key: value for key, value in table.items() if key not in ("density_scaling", "inertial_number")}
         table |= self.model
         try:
             model = type(entry.model).model_validate(table)

@@ -18,6 +18,9 @@ from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import Stop
 from graincal.inference.first_look import FirstLook
 from graincal.models import TESTS, PythonModel, StressPathTest, TableTest
+from graincal.models.economy import INERTIAL_NUMBER
+from graincal.models.rests import REST_EVERY
+from graincal.models.stress_path import STRAINS
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -133,22 +136,19 @@ def _describe_model(model: Model) -> dict[str, Any]:
         described = {
             "kind": model.kind,
             "packing": _describe_packing(model.packing),
-            # Those beside the first; left out where there are none, for the same reason as others below.
+            # Those beside the first.
             **({"more_packings": [_describe_packing(packing) for packing in model.packings[1:]]} if len(model.packings) > 1 else {}),
             "confining_pressure": None if model.confining_pressure is None else float(model.confining_pressure),
-            "density_scaling": float(model.density_scaling),
+            # As they are in effect, so that other defaults of another version change nothing.
+            **_density(model),
+            "rest_every": None if model.control not in STRAINS else float(model.rest_every or REST_EVERY),
+            **model.settings,
             "fixed": dict(model.fixed),
             "largest_flagged_share": model.largest_flagged_share,
             "step_limit": model.step_limit,
-            # Left out where it is what it was before there was a choice: campaigns that are stored then go on.
-            **({} if model.law == "linear" else {"law": model.law}),
-            **({} if model.precision == "float64" else {"precision": model.precision}),
-            # An inertial number is kept as the density scaling that it gave.
-            **model.economies,
+            "law": model.law,
+            "control": model.control,
         }
-        # Only where it is not the first: descriptions are compared with those of campaigns stored before there was a choice.
-        if model.control != model.controls[0]:
-            described["control"] = model.control
         if isinstance(model, TableTest):
             described["table"] = asdict(model.table)
         return described
@@ -161,11 +161,17 @@ def _describe_model(model: Model) -> dict[str, Any]:
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
 
 
+def _density(model: StressPathTest) -> dict[str, float]:
+    """What the grains' density follows from."""
+    if model.density_scaling is not None:
+        return {"density_scaling": float(model.density_scaling)}
+    return {"inertial_number": float(model.inertial_number or INERTIAL_NUMBER)}
+
+
 def _restore_model(described: Mapping[str, Any]) -> Model:
     options = {key: value for key, value in described.items() if key != "kind"}
     if described["kind"] in TESTS:
         packings = [_restore_packing(packing) for packing in (options.pop("packing"), *options.pop("more_packings", ()))]
-        options.setdefault("precision", "float64")  # whatever the default is by now
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
         return TESTS[described["kind"]](packings, **options)

@@ -36,9 +36,19 @@ def doubts(calibration: Calibration) -> list[str]:
     return said
 
 
+def thinning_notes(calibration: Calibration) -> list[str]:
+    """What was done with dense references, a sentence for each."""
+    return [
+        f'Experiment "{experiment.name}": the likelihood sees the {len(thinning.whole.control)} rows put together to {len(thinning.kept.control)} states, and errors ε are of all rows; '
+        "thin = false under [filter] keeps every row."
+        for experiment, thinning in zip(calibration.experiments, calibration.blank_filter().thinnings)
+        if thinning.thinned
+    ]
+
+
 def _large_errors(reference: Reference) -> list[str]:
     """Measurement errors as large as what was measured: most of them are percent that were meant to be fractions."""
-    errors = {name: max(error.absolute, error.step) for name, error in reference.measurement_errors.items()} | {reference.control_name: reference.control_step}
+    errors = {name: max(error.absolute, error.step, error.noise) for name, error in reference.measurement_errors.items()} | {reference.control_name: reference.control_step}
     measured = {name: np.ptp(values) for name, values in reference.observables.items()} | {reference.control_name: np.ptp(reference.control)}
     relative = [
         f"{name} is said to be measured to {error.relative:g} of each value, which is {100 * error.relative:g} %; errors are fractions here, not percent."

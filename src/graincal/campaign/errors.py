@@ -25,4 +25,5 @@ def in_words(error: MeasurementError) -> str:
     parts = [f"sd {error.absolute:.3g}"] if error.absolute else []
     parts += [f"{100 * error.relative:.3g} % of the value"] if error.relative else []
     parts += [f"steps of {error.step:.3g}"] if error.step else []
+    parts += [f"noise of sd {error.noise:.3g} from row to row"] if error.noise else []
     return ", ".join(parts)

@@ -55,13 +55,12 @@ def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> 
 
 def _time_beginning(experiment: Experiment, middle: Samples) -> float | Failure:
     """The seconds of a whole test, from its consolidation and the beginning of its shearing."""
-    control = experiment.reference.control
-    strains = np.linspace(0, PILOT_SHARE * control[-1], 1 + max(1, round(PILOT_SHARE * len(control))))
-    ((_, outcome),) = experiment.model.evaluate(middle, at=strains, workers=1)
+    last = experiment.reference.control[-1]
+    ((_, outcome),) = experiment.model.evaluate(middle, at=[PILOT_SHARE * last], workers=1)
     if isinstance(outcome, Failure):
         return outcome
-    steps = outcome.values["steps"]
-    whole = steps[0] + (steps[-1] - steps[0]) / PILOT_SHARE
+    steps, share = outcome.values["steps"], outcome.control[-1] / last
+    whole = steps[0] + (steps[-1] - steps[0]) / share
     return float(outcome.details["seconds"] * whole / outcome.details["steps"])
 
 

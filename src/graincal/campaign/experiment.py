@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.execution import OneByOne
-from graincal.models.interpolation import interpolate
+from graincal.interpolation import interpolate
 
 
 Hopeless = Callable[[int, NDArray[np.float64]], bool]
@@ -22,12 +22,13 @@ class Model(Protocol):
 
     It may offer one_by_one(at), a `OneByOne`, to a campaign that asks for batches ahead; if it does not, `evaluate` is then called from several threads
     at once, each with one sample and one worker. And expected_lengths(samples), (N,): how the run lengths of samples compare with one another. If its
-    `can_be_watched` is true, both take a further watch(id, response), which is shown the first of a sample's states, at the first of the control values `at`, and
-    stops its run by returning True: then they are its Response, with details["stopped"] = 1.
+    `can_be_watched` is true, both take a further watch(id, response), which is shown the first of a sample's states and stops its run by returning True:
+    then they are its Response, with details["stopped"] = 1.
     """
 
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
-        """Evaluate each sample at the control values `at` and yield (row, Response or Failure) in order of completion.
+        """Evaluate each sample so that its response covers the control values `at` and yield (row, Response or Failure) in order of completion. A response is on
+        states of the model's own, the same for each sample, or on `at` itself.
 
         Closing the iterator stops what is under way. Raises InputError for what no sample can mend, also when there are no samples.
         """
@@ -51,9 +52,9 @@ class Experiment:
         return len(getattr(self.model, "packings", ())) >= LEAST_PACKINGS
 
     def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Iterator[tuple[int, Response | Failure]]:
-        """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the reference's control, its observables finite.
+        """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the model's own states, and can be compared with the reference.
 
-        hopeless(id, states): whether a sample need not be run to its end, by the observables of its first states (t, J); asked where the model can be watched.
+        hopeless(id, rows): whether a sample need not be run to its end, by the observables at the first of the reference's rows (t, J); asked where the model can be watched.
         """
         outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers, **self._watch(hopeless)))
         try:
@@ -80,26 +81,35 @@ class Experiment:
         expected = getattr(self.model, "expected_lengths", None)
         return np.ones(len(samples)) if expected is None else expected(samples)
 
+    def observables(self, response: Response) -> NDArray[np.float64]:
+        """What a response is compared with the reference by: its observables at the reference's rows, (T, J); NaN from the row on to which it does not come, for
+        it was stopped early."""
+        found = np.full(self.reference.values.shape, np.nan)
+        met = interpolate(response, self.reference.control)
+        if isinstance(met, Response):
+            found[: len(met.control)] = met.observables(self.reference.names)
+        return found
+
     def _watch(self, hopeless: Hopeless | None) -> dict[str, Callable[[int, Response], bool]]:
         if hopeless is None or not getattr(self.model, "can_be_watched", False):
             return {}
-        return {"watch": lambda id, response: hopeless(id, self._so_far(response).observables(self.reference.names))}
+        return {"watch": lambda id, response: hopeless(id, self._so_far(response))}
 
-    def _so_far(self, response: Response) -> Response:
-        """The first states of a response, which must be those of the reference. Raises InputError where they are not."""
-        first = self.reference.control[: len(response.control)]
-        if not (len(first) == len(response.control) and np.allclose(response.control, first)):
-            raise InputError(f'experiment "{self.name}": a model that is watched must give the states of the reference, one after the other, and they are others.')
-        return response
+    def _so_far(self, response: Response) -> NDArray[np.float64]:
+        """The observables of a run that goes on, at the first of the reference's rows (t, J) that no further state would change."""
+        met = interpolate(replace(response, details={**response.details, "stopped": 1}), self.reference.control)
+        return met.observables(self.reference.names)
 
     def _compared(self, response: Response) -> Response | Failure:
-        """The response at the reference's control values, or why it cannot be compared."""
+        """The response, or why it cannot be compared with the reference."""
         if missing := [name for name in self.reference.names if name not in response.values]:
             raise InputError(f'experiment "{self.name}": the model returns {", ".join(response.values)}, and the reference needs {", ".join(missing)} too.')
-        outcome = self._so_far(response) if response.stopped else interpolate(response, self.reference.control)
-        for name in self.reference.names if isinstance(outcome, Response) else ():
-            finite = np.isfinite(outcome.values[name])
+        met = interpolate(response, self.reference.control)
+        if isinstance(met, Failure):
+            return met
+        for name in self.reference.names:
+            finite = np.isfinite(met.values[name])
             if not finite.all():
-                where = f"{self.reference.control_name} {self.reference.control[np.argmin(finite)]:g}"
-                return Failure("output", f"{name} is not finite at {where}.", outcome.details)
-        return outcome
+                where = f"{self.reference.control_name} {met.control[np.argmin(finite)]:g}"
+                return Failure("output", f"{name} is not finite at {where}.", response.details)
+        return response

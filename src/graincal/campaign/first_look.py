@@ -10,36 +10,38 @@ from graincal.campaign.calibration import Calibration
 from graincal.campaign.result import Result
 from graincal.data import InputError, Response
 from graincal.inference.first_look import FirstLook
-
-# States that differ by less than this part are the same: they went through a table.
-SAME = 1e-6
+from graincal.interpolation import span
 
 
 def first_look_of(result: Result, calibration: Calibration, named: str) -> FirstLook:
     """The evaluations of a campaign that have responses in every experiment. named: how the campaign is called in a mistake.
 
-    Raises InputError for a campaign of other parameters or experiments than the calibration's: both by their names, and experiments by their states and
-    observables, too. Ranges, errors and models may differ.
+    Raises InputError for a campaign of other parameters or experiments than the calibration's: both by their names, and experiments by their observables,
+    too; and where its responses do not cover the references. Ranges, errors, models and states may differ.
     """
     if set(result.space.names) != set(calibration.space.names):
         raise InputError(f"{named}: a first look at {', '.join(calibration.space.names)} was expected, and this campaign is of {', '.join(result.space.names)}.")
     columns = [result.space.names.index(name) for name in calibration.space.names]
     known = {experiment.name: number for number, experiment in enumerate(result.experiments)}
     ids, responses = result.ids[result.complete], []
-    for experiment in calibration.experiments:
+    thinnings = calibration.blank_filter().thinnings
+    for experiment, thinning in zip(calibration.experiments, thinnings):
         reference = experiment.reference
         if experiment.name not in known:
             raise InputError(f'{named}: a first look at the experiment "{experiment.name}" was expected, and this campaign has {", ".join(known)}.')
         other = result.experiments[known[experiment.name]].reference
         if set(other.names) != set(reference.names):
             raise InputError(f'{named}: its experiment "{experiment.name}" has the observables {", ".join(other.names)}, and {", ".join(reference.names)} were expected.')
-        if len(other.control) != len(reference.control) or not np.allclose(other.control, reference.control, rtol=SAME, atol=SAME * np.ptp(reference.control)):
-            raise InputError(f'{named}: its experiment "{experiment.name}" has other states, and the {reference.control_name} of the reference was expected.')
+        if other.control_name != reference.control_name:
+            raise InputError(f'{named}: its experiment "{experiment.name}" is over {other.control_name}, and {reference.control_name} was expected.')
         outcomes = [result.response(int(id), known[experiment.name]) for id in ids]
-        responses.append(np.array([outcome.observables(reference.names) for outcome in outcomes if isinstance(outcome, Response)]))
+        whole = np.array([experiment.observables(outcome) for outcome in outcomes if isinstance(outcome, Response)])
+        if not np.isfinite(whole).all():
+            raise InputError(f'{named}: its experiment "{experiment.name}" covers other states, and the {reference.control_name} of the reference, {span(reference.control)}, was expected.')
+        responses.append(thinning.reduce(whole))
     look = FirstLook(result.samples[result.complete][:, columns], tuple(responses))
     try:
-        look.check(calibration.space, [experiment.reference for experiment in calibration.experiments])
+        look.check(calibration.space, [thinning.kept for thinning in thinnings])
     except InputError as error:
         raise InputError(f"{named}: {error}") from error
     return look

@@ -14,6 +14,7 @@ from graincal.campaign.result import Result
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.execution import number_of_workers
 from graincal.inference.proposal import systematic_resampling
+from graincal.interpolation import interpolate
 from graincal.inference.scoring import Score, score
 
 
@@ -84,7 +85,7 @@ def predict(
     drawn = Samples(np.arange(samples), posterior.samples[rows], posterior.names)
     control = np.asarray(at, dtype=np.float64)
     seen = result.space.seen_by(result.number(0 if experiment is None else experiment), drawn)
-    outcomes = dict(model.evaluate(seen, control, workers=at_once))
+    outcomes = {row: outcome if isinstance(outcome, Failure) else interpolate(outcome, control) for row, outcome in model.evaluate(seen, control, workers=at_once)}
     responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
     failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
     if len(responses) < 2:

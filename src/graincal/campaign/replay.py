@@ -26,7 +26,7 @@ def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[E
         for number, experiment in enumerate(experiments):
             outcome = store.outcome(id, number)
             if isinstance(outcome, Response):
-                responses[number][row, : len(outcome.control)] = outcome.observables(experiment.reference.names)
+                responses[number][row] = experiment.observables(outcome)
                 stopped[row] |= outcome.stopped
             elif not stopped[row]:
                 failed[row] = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -212,17 +212,22 @@ class Result:
         return None if self.has_posterior else grade(self.iterations[-1], self.stop)
 
     def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:
-        """What the evaluation of a sample (its id) gave in an experiment (its number or name); None where it was left out, for it had failed or been
-        stopped in another."""
+        """What the evaluation of a sample (its id) gave in an experiment (its number or name), on the states of the model; None where it was left out, for it had
+        failed or been stopped in another."""
         return self._store.outcome(sample, self.number(experiment))
 
+    def states(self, experiment: int | str = 0) -> NDArray[np.float64]:
+        """The control values (S,) of the states that the model of an experiment comes to, those of its longest response; none where there is no response."""
+        number = self.number(experiment)
+        whole = next((found for id in self.ids[self.complete] if isinstance(found := self.response(int(id), number), Response)), None)
+        return np.empty(0) if whole is None else whole.control
+
     def responses(self, iteration: int, experiment: int | str = 0) -> dict[str, NDArray[np.float64]]:
-        """All responses of an iteration in an experiment: name -> (N, T), in the samples' order, NaN for failures and for what was not run. Feed them to the
-        posterior's moments."""
+        """All responses of an iteration in an experiment, at its `states`: name -> (N, S), in the samples' order, NaN for failures and for what was not run. Feed
+        them to the posterior's moments."""
         outcomes = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids]
         names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
-        states = len(self.experiments[self.number(experiment)].reference.control)
-        found = {name: np.full((len(outcomes), states), np.nan) for name in names}
+        found = {name: np.full((len(outcomes), len(self.states(experiment))), np.nan) for name in names}
         for row, outcome in enumerate(outcomes):
             for name in found.keys() & outcome.values.keys() if isinstance(outcome, Response) else ():
                 found[name][row, : len(outcome.values[name])] = outcome.values[name]
@@ -232,7 +237,7 @@ class Result:
         """The mean of what the runs at the answer gave in an experiment; None where none gave a response."""
         outcomes = [self.response(int(id), experiment) for id in answer.samples]
         given = [outcome for outcome in outcomes if isinstance(outcome, Response)]
-        return Response(given[0].control, {name: np.mean([each.values[name] for each in given], axis=0) for name in given[0].values}) if given else None
+        return replace(given[0], values={name: np.mean([each.values[name] for each in given], axis=0) for name in given[0].values}, details={}) if given else None
 
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.campaign import CURVES, Campaign
 from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
-from graincal.campaign.doubts import doubts
+from graincal.campaign.doubts import doubts, thinning_notes
 from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.first_look import first_look_of
 from graincal.campaign.listener import Listener
@@ -145,9 +145,9 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
     log.write("Runs with " + ", ".join(f"{name} {value}" for name, value in now.items()) + f", {calibration.number_of_workers} workers.")
     _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
     listeners = (*listeners, log)
-    for doubt in doubts(calibration):
+    for note in [*thinning_notes(calibration), *doubts(calibration)]:
         for listener in listeners:
-            listener.remark(f"Note: {doubt}")
+            listener.remark(f"Note: {note}")
     if changed := differences(store.provenance, now):
         for listener in listeners:
             listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from datetime import datetime, timezone
 from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +27,13 @@ from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference import Iteration, Stop
 from graincal.inference.first_look import FirstLook
+from graincal.models import StressPathTest
 
 NAME = "campaign.db"
-VERSION = 1
+VERSION = 2
 
-# theta and details are JSON; arrays are .npy (arrays.py). An evaluation is "waiting" until it is "finished" (a response) or "failed" (a reason). One that
-# was stopped early is finished, with a response that is shorter, and its details say so.
+# theta and details are JSON; arrays are .npy (arrays.py). A response is kept on the states of its model, whatever the reference. An evaluation is "waiting"
+# until it is "finished" (a response) or "failed" (a reason). One that was stopped early is finished, with a response that is shorter, and its details say so.
 _SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE sample (id INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, theta TEXT NOT NULL);
@@ -41,7 +43,7 @@ CREATE TABLE evaluation (
     experiment INTEGER NOT NULL,
     state TEXT NOT NULL CHECK (state IN ('waiting', 'finished', 'failed')),
     attempts INTEGER NOT NULL,
-    ended TEXT, seconds REAL, details TEXT, response BLOB, kind TEXT, reason TEXT,
+    ended TEXT, seconds REAL, details TEXT, control BLOB, response BLOB, kind TEXT, reason TEXT,
     PRIMARY KEY (sample, experiment)
 );
 CREATE TABLE iteration (
@@ -89,7 +91,8 @@ class Store:
             raise InputError(f"{folder}: there is no campaign in this folder (no {NAME}).")
         store = cls(folder, _connect(folder / NAME))
         if store.version() != VERSION:
-            raise InputError(f"{folder / NAME}: this campaign has the format {store.version()}, and this graincal reads the format {VERSION}.")
+            by = f"graincal {store.provenance.get('graincal', 'of another version')} in the format {store.version()}"
+            raise InputError(f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads the format {VERSION} alone: calibrate again, in another folder.")
         return store
 
     def close(self) -> None:
@@ -182,24 +185,24 @@ class Store:
         """Keep the outcome of one evaluation."""
         details = {name: float(value) for name, value in outcome.details.items()}
         if isinstance(outcome, Response):
-            found = ("finished", pack_columns(outcome.values), None, None)
+            found = ("finished", pack_array(outcome.control), pack_columns(outcome.values), None, None)
         else:
-            found = ("failed", None, outcome.kind, outcome.reason)
+            found = ("failed", None, None, outcome.kind, outcome.reason)
         with self._transaction() as db:
             db.execute(
-                """UPDATE evaluation SET state = ?, response = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
+                """UPDATE evaluation SET state = ?, control = ?, response = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
                    WHERE sample = ? AND experiment = ?""",
                 (*found, _now(), details.get("seconds"), json.dumps(details), int(id), experiment),
             )
 
     def outcome(self, id: int, experiment: int) -> Response | Failure | None:
         """What the evaluation of a sample gave in an experiment; None if it has not ended."""
-        rows = self._rows("SELECT state, details, response, kind, reason FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
-        state, details, response, kind, reason = rows[0] if rows else ("waiting", None, None, None, None)
+        rows = self._rows("SELECT state, details, control, response, kind, reason FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
+        state, details, control, response, kind, reason = rows[0] if rows else ("waiting", *[None] * 5)
         if state == "finished":
-            columns = unpack_columns(response)
-            states = len(next(iter(columns.values())))
-            return Response(self.calibration.experiments[experiment].reference.control[:states], columns, json.loads(details))
+            model = self.calibration.experiments[experiment].model
+            make = model.response if isinstance(model, StressPathTest) else Response
+            return make(unpack_array(control), unpack_columns(response), json.loads(details))
         return Failure(kind, reason, json.loads(details)) if state == "failed" else None
 
     def counts(self, iteration: int | None = None) -> dict[str, int]:

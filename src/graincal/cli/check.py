@@ -19,7 +19,7 @@ def check(
 
     One short evaluation in the middle of the ranges is run for that.
     """
-    from graincal.campaign.doubts import doubts
+    from graincal.campaign.doubts import doubts, thinning_notes
     from graincal.cli.outputs import check_figure
     from graincal.cli.running import read
     from graincal.inference import IterativeBayesianFilter, sample_size_advice
@@ -32,8 +32,8 @@ def check(
         typer.echo(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
     for experiment in calibration.experiments:
         typer.echo("\n".join(_describe(experiment, calibration.method)))
-    for doubt in doubts(calibration):
-        typer.echo(f"Note: {doubt}")
+    for note in [*thinning_notes(calibration), *doubts(calibration)]:
+        typer.echo(f"Note: {note}")
     if found := calibration.first_look:
         typer.echo(f"first look: {len(found.theta)} evaluations of another campaign, of the same parameters and experiments")
     if calibration.look:
@@ -59,7 +59,7 @@ def _describe(experiment: Experiment, method: str) -> list[str]:
     from graincal.cli.text import resample, sparkline
 
     reference, lines = experiment.reference, _describe_model(experiment)
-    lines.append(f"  reference: {len(reference.control)} states, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}")
+    lines.append(f"  reference: {len(reference.control)} rows, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}")
     for name, values in reference.observables.items():
         curve = sparkline(resample(reference.control, values))
         lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
@@ -70,7 +70,6 @@ def _describe(experiment: Experiment, method: str) -> list[str]:
 
 def _describe_model(experiment: Experiment) -> list[str]:
     from graincal.models import StressPathTest
-    from graincal.models.stress_path import PRECISIONS
 
     model, lines = experiment.model, [f'experiment "{experiment.name}"']
     if isinstance(model, StressPathTest):
@@ -79,7 +78,7 @@ def _describe_model(experiment: Experiment) -> list[str]:
         several = f", the first of {len(model.packings)} packings" if len(model.packings) > 1 else ""
         lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}{several}")
         lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
-        lines += [] if model.precision == PRECISIONS[0] else [f"  precision: {model.precision}"]
+        lines.append(f"  {', '.join([model.density_in_words, *(f'{name} {value}' for name, value in model.economies.items())])}")
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")

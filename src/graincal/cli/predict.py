@@ -130,7 +130,7 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     if path not in known:
         raise InputError(f"--path must be one of {', '.join(known)}, not {path!r}{did_you_mean(path, known)}.")
     target = TESTS[path]
-    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "inertial_number", "table")}
+    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "rest_every", "table")}
     return target(**(shared | changes))
 
 

@@ -13,7 +13,7 @@ import typer
 from graincal.cli.strains import axial_strains
 from graincal.data import InputError
 from graincal.models import StressPathTest
-from graincal.models.economy import Economy
+from graincal.models.economy import INERTIAL_NUMBER, Economy
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -24,7 +24,7 @@ simulate = typer.Typer(no_args_is_help=True, help="Simulate one test at given pa
 
 ConfiningPressure = Annotated[float, typer.Option(help="Of the isotropic consolidation that the path begins with, in Pa.")]
 AxialStrain = Annotated[float, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.")]
-Increment = Annotated[float, typer.Option(help="The axial strain between recorded states.")]
+Increment = Annotated[float, typer.Option(help="The axial strain between the rows of the curve.")]
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,13 @@ class Simulation:
     packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")]
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
     law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = StressPathTest.law
-    precision: Annotated[str, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME")] = StressPathTest.precision
-    density_scaling: Annotated[float, typer.Option(help="Factor on the grains' density.")] = StressPathTest.density_scaling
-    inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, instead of the density scaling.")] = None
-    time_step_bound: Annotated[str, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME")] = Economy.time_step_bound
-    mass_exponent: Annotated[float, typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.")] = Economy.mass_exponent
+    rest_every: Annotated[float | None, typer.Option(help="The strain from one state at rest to the next; rows between them are interpolated.", show_default="0.004")] = None
+    accuracy: Annotated[str, typer.Option(help="standard; or reference, step by step as YADE, three times as long.", metavar="NAME")] = Economy.accuracy
+    inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, from which the grains' density follows.", show_default=f"{INERTIAL_NUMBER:g}")] = None
+    density_scaling: Annotated[float | None, typer.Option(help="Factor on the grains' density, instead of the inertial number.")] = None
+    time_step_bound: Annotated[str | None, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME", show_default="by accuracy")] = None
+    mass_exponent: Annotated[float | None, typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.", show_default="by accuracy")] = None
+    precision: Annotated[str | None, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME", show_default="by accuracy")] = None
     inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = Economy.inertia_factor
     settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = Economy.settling_damping
     strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = Economy.strain_ramp
@@ -47,12 +49,13 @@ class Simulation:
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
 
     def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, **options: Any) -> None:
-        """Run the test of that kind, with its own options, to the control values `at`, and write what it gave."""
+        """Run the test of that kind, with its own options, through the control values `at`, and write what it gave there."""
         import numpy as np
 
         from graincal import Packing
         from graincal.cli.outputs import check_outputs
         from graincal.data import Failure, Samples
+        from graincal.interpolation import interpolate
         from graincal.models import TESTS
 
         theta = _parse(self.parameters)
@@ -66,13 +69,16 @@ class Simulation:
         ((_, outcome),) = test.evaluate(samples, at=at, workers=1)
         if isinstance(outcome, Failure):
             raise InputError(f"The simulation gave no curve: {outcome.reason}")
+        outcome = interpolate(outcome, np.asarray(at, dtype=np.float64))
         _write(outcome, test, self.output, self.plot, reference)
         if not self.quiet:
             written = [f"Written to {path}." for path in (self.output, self.plot) if path is not None]
             typer.echo("\n".join([*_describe(outcome, reference), *written]), err=True)
 
 
-_OF_THE_TEST = ("law", "precision", "density_scaling", "inertial_number", "time_step_bound", "mass_exponent", "inertia_factor", "settling_damping", "strain_ramp")
+_OF_THE_TEST = (
+    "law", "rest_every", "accuracy", "inertial_number", "density_scaling", "time_step_bound", "mass_exponent", "precision", "inertia_factor", "settling_damping", "strain_ramp",
+)  # fmt: skip
 """Options of every path that are fields of the test."""
 
 
@@ -110,8 +116,8 @@ def triaxial(
     simulation: Simulation,
     confining_pressure: ConfiningPressure,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.", show_default="0.2")] = None,
-    increment: Annotated[float | None, typer.Option(help="The axial strain between recorded states.", show_default="0.004")] = None,
-    at: Annotated[Path | None, typer.Option(help="Record at the axial strains of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
+    increment: Annotated[float | None, typer.Option(help="The axial strain between the rows of the curve.", show_default="0.004")] = None,
+    at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
 ) -> None:
     """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
     from graincal.cli.comparison import read_comparison

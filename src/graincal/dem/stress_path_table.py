@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,11 +57,14 @@ class StressPathTable:
         """The numbers of the stages that are recorded."""
         return tuple(number for number, row in enumerate(self.rows, start=1) if row.record)
 
-    def stages(self, confining_pressure: float | None) -> list[_native.Stage]:
-        """The stages for the engine, after isotropic consolidation to the confining pressure, if there is one."""
+    def stages(self, confining_pressure: float | None, as_given: Callable[[float], float] = float) -> list[_native.Stage]:
+        """The stages for the engine, after isotropic consolidation to the confining pressure, if there is one.
+
+        as_given: what the engine is given for a stress of the table in Pa, where it computes in another unit, that of the confining pressure.
+        """
         stages = [] if confining_pressure is None else [consolidation(confining_pressure)]
         for row in self.rows:
-            goals = [_native.AxisGoal(goal.stress, goal.target, goal.largest_rate) for goal in row.goals]
+            goals = [_native.AxisGoal(goal.stress, as_given(goal.target) if goal.stress else goal.target, goal.largest_rate) for goal in row.goals]
             stages.append(_native.Stage(goals, record=row.record, strain_origin=row.strain_origin))
         return stages
 

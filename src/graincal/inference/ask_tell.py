@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.data import Samples
+from graincal.data import Reference, Samples
 from graincal.inference.batch import Batch, Batches
 from graincal.inference.early_stop import EarlyStop
 from graincal.inference.iteration import Iteration
+from graincal.inference.thinning import Thinning
 
 
 class AskTellFilter(ABC):
@@ -21,6 +22,7 @@ class AskTellFilter(ABC):
     to `_iterations`, and puts the criteria that are met, each with a clause that says it, into `_stops`.
     """
 
+    thinnings: tuple[Thinning, ...]
     _batches: Batches
     _iterations: list[Iteration]
     _stops: dict[str, str]
@@ -54,6 +56,11 @@ class AskTellFilter(ABC):
         self._batches.tell(samples, responses, failed, infeasible, stopped)
         while batch := self._batches.take_complete():
             self._complete_batch(batch)
+
+    @property
+    def kept(self) -> tuple[Reference, ...]:
+        """The references at the states that are kept of them, by which samples are weighed; errors are of all rows."""
+        return tuple(thinning.kept for thinning in self.thinnings)
 
     @property
     def finished(self) -> bool:

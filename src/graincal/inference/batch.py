@@ -8,21 +8,28 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.data import InputError, ParameterSpace, Samples
 from graincal.inference.early_stop import EarlyStop
+from graincal.inference.errors import errors_so_far, observable_errors, sample_errors
+from graincal.inference.thinning import Thinning
 
 
 class Batch:
     """The samples of one iteration and what has been told of them.
 
-    `responses` holds one (N, T, J) for each reference, NaN where nothing usable was told; `told`, `failed`, `infeasible` and `stopped` are (N,) masks: an
-    infeasible sample, whose parameters are impossible, is a failure too; one that was stopped is none. early_stop: when runs of it may be stopped.
+    `responses` holds one (N, K, J) for each reference, at the states that are kept of it, NaN where nothing usable was told; `observable_errors` (N, P) and
+    `errors` (N,) are those at all of its rows (Hartmann, Cheng, Thornton 2022, Eq. 5 and 6), of a sample that was stopped at those that it came to. `told`, `failed`,
+    `infeasible` and `stopped` are (N,) masks: an infeasible sample, whose parameters are impossible, is a failure too; one that was stopped is none.
+    early_stop: when runs of it may be stopped.
     """
 
-    def __init__(self, samples: Samples, references: Sequence[Reference], space: ParameterSpace, early_stop: EarlyStop | None = None) -> None:
+    def __init__(self, samples: Samples, thinnings: Sequence[Thinning], space: ParameterSpace, early_stop: EarlyStop | None = None) -> None:
         self.samples = samples
         self.early_stop = early_stop
-        self.responses = [np.full((len(samples), *reference.values.shape), np.nan) for reference in references]
+        self.thinnings = tuple(thinnings)
+        self.responses = [np.full((len(samples), *thinning.kept.values.shape), np.nan) for thinning in thinnings]
+        self.observable_errors = np.full((len(samples), sum(len(thinning.whole.names) for thinning in thinnings)), np.nan)
+        self.errors = np.full(len(samples), np.nan)
         self.told = np.zeros(len(samples), dtype=bool)
         self.failed = np.zeros(len(samples), dtype=bool)
         self.infeasible = np.zeros(len(samples), dtype=bool)
@@ -38,13 +45,20 @@ class Batch:
         impossible: NDArray[np.bool_],
         stopped: NDArray[np.bool_],
     ) -> None:
-        """Keep what became of some rows (N,): responses, one (N, T, J) for each reference, not looked at where they are `lost` (N,)."""
+        """Keep what became of some samples (N,): responses at all rows, one (N, T, J) for each reference, not looked at where they are `lost` (N,)."""
         self.told[rows] = True
         self.failed[rows] = lost
         self.infeasible[rows] = impossible
         self.stopped[rows] = stopped
-        for mine, array in zip(self.responses, arrays):
-            mine[rows[~lost]] = array[~lost]
+        references = [thinning.whole for thinning in self.thinnings]
+        for mine, array, thinning in zip(self.responses, arrays, self.thinnings):
+            mine[rows[~lost]] = thinning.reduce(array[~lost])
+        whole = ~(lost | stopped)
+        pairs = np.concatenate([observable_errors(array[whole], reference) for array, reference in zip(arrays, references)], axis=1)
+        self.observable_errors[rows[whole]] = pairs
+        self.errors[rows[whole]] = sample_errors(pairs, np.concatenate([reference.shares for reference in references]))
+        if stopped.any():
+            self.observable_errors[rows[stopped]], self.errors[rows[stopped]] = errors_so_far([array[stopped] for array in arrays], references)
 
 
 class Batches:
@@ -132,7 +146,7 @@ class Batches:
         return rows
 
     def _arrays(self, responses: Sequence[NDArray[np.float64]] | NDArray[np.float64], count: int) -> list[NDArray[np.float64]]:
-        shapes = [kept.shape[1:] for kept in self._last.responses]
+        shapes = [thinning.whole.values.shape for thinning in self._last.thinnings]
         if len(shapes) == 1:
             array = _numbers(responses)
             arrays = [array[0] if array.ndim == 4 and len(array) == 1 else array]

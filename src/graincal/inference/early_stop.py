@@ -12,6 +12,7 @@ from scipy.special import logsumexp
 
 from graincal.data import Reference
 from graincal.inference.error_model import ErrorModel
+from graincal.inference.thinning import Thinning
 
 MOST_DROPPED = 1e-3
 """All runs that are stopped together hold at most so much of the posterior's probability."""
@@ -54,9 +55,9 @@ class FirstStates:
         """Of a response of which nothing is known."""
         return float(logsumexp(self._largest + self._log_prior))
 
-    def ends_segment(self, states: int) -> bool:
-        """Whether so many first states are whole segments."""
-        return states in self._ends
+    def whole_segments(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Those of the first states (t, J) that are of segments which are whole."""
+        return states[: self._ends[self._ends <= len(states)].max(initial=0)]
 
     def bound(self, states: NDArray[np.float64]) -> float:
         """Of a response whose first states are known, (t, J)."""
@@ -73,18 +74,21 @@ class FirstStates:
 
 @dataclass(frozen=True, eq=False)
 class EarlyStop:
-    """When runs of one batch may be stopped: where the bound on their log likelihood is below `least`, by id; those without one are never.
+    """When runs of one batch may be stopped: where the bound on their log likelihood is below `least`, by id; those without one are never. `thinnings`: of the
+    reference of each experiment.
 
     It changes with nothing, so that any thread may ask it, and the result does not depend on when.
     """
 
     experiments: tuple[FirstStates, ...]
     least: Mapping[int, float]
+    thinnings: tuple[Thinning, ...]
 
-    def hopeless(self, experiment: int, id: int, states: NDArray[np.float64]) -> bool:
-        """Whether a sample cannot matter any more, by its first states (t, J) in one experiment, whatever it gives from there on and in the others."""
+    def hopeless(self, experiment: int, id: int, rows: NDArray[np.float64]) -> bool:
+        """Whether a sample cannot matter any more, by its first rows (t, J) in one experiment, whatever it gives from there on and in the others."""
         first = self.experiments[experiment]
-        if id not in self.least or not first.ends_segment(len(states)) or not np.isfinite(states).all():
+        states = first.whole_segments(self.thinnings[experiment].states_of(rows))
+        if id not in self.least or not len(states) or not np.isfinite(states).all():
             return False
         others = sum(each.largest for number, each in enumerate(self.experiments) if number != experiment)
         return first.bound(states) + others < self.least[id]

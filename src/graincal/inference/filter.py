@@ -16,6 +16,7 @@ from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import COVARIANCES, ProposalOutsideBox, TruncatedMixture, fit_mixture
 from graincal.inference.samples import halton, number_of_samples
 from graincal.inference.stop import Stop
+from graincal.inference.thinning import Thinning
 from graincal.inference.weights import error_scale
 
 
@@ -37,7 +38,8 @@ class IterativeBayesianFilter(AskTellFilter):
     proposal lies in the box, it finishes, and `stopped_because` says so; the posterior is then that of the last weighted iteration.
 
     Arguments: `alpha` sets N (Eq. 4); `effective_sample_size` is the part of all N samples, failures included; `scale` is "peak" or "pointwise"
-    (see `error_scale`); `covariance` of the mixture "tied" or "full"; `stop` holds the criteria; `seed` is a whole number, not negative.
+    (see `error_scale`); `covariance` of the mixture "tied" or "full"; `thin` puts the rows of dense references together (see `Thinning`), which s, a
+    variance at each state, follows; `stop` holds the criteria; `seed` is a whole number, not negative.
     Raises InputError for arguments that cannot be used.
     """
 
@@ -50,6 +52,7 @@ class IterativeBayesianFilter(AskTellFilter):
         effective_sample_size: float = 0.3,
         scale: str = "peak",
         covariance: str = "tied",
+        thin: bool = False,
         stop: Stop = Stop(),
         seed: int = 1,
     ) -> None:
@@ -59,6 +62,7 @@ class IterativeBayesianFilter(AskTellFilter):
         self.effective_sample_size = effective_sample_size
         self.scale = scale
         self.covariance = covariance
+        self.thinnings = tuple(Thinning.of(reference, thin) for reference in self.references)
         self.stop = stop
         self.seed = seed
         self.samples_per_iteration = number_of_samples(space.size, alpha)
@@ -78,11 +82,9 @@ class IterativeBayesianFilter(AskTellFilter):
     def _complete_batch(self, batch: Batch) -> None:
         iteration = weigh(
             len(self._iterations),
-            batch.samples,
+            batch,
             self._proposal,
-            batch.responses,
-            batch.failed,
-            self.references,
+            self.kept,
             scale=self.scale,
             target=self.effective_sample_size,
         )
@@ -115,7 +117,7 @@ class IterativeBayesianFilter(AskTellFilter):
         ids = np.arange(len(theta), dtype=np.int64) + self._batches.asked
         for array in (ids, theta):
             array.setflags(write=False)
-        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space))
+        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.thinnings, self.space))
 
     def _check(self) -> None:
         if all(getattr(self.stop, field.name) is False for field in fields(Stop) if field.name != "posterior_shift"):

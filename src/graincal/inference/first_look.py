@@ -23,7 +23,7 @@ POWER = 0.1
 class FirstLook:
     """Evaluations of the same tests by cheaper models (fewer particles), all of them with responses.
 
-    theta (M, n) in the order of the space's names; responses, one (M, T, J) for each reference, at its control values and in the order of its observables.
+    theta (M, n) in the order of the space's names; responses, one (M, K, J) for each reference, at the states that are kept of it (`Thinning`) and in the order of its observables.
     They carry no weight, and the answer is none of them.
     """
 

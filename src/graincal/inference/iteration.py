@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Reference, Samples
-from graincal.inference.errors import gl_error, observable_errors, sample_errors
+from graincal.inference.batch import Batch
+from graincal.inference.errors import gl_error
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import TruncatedMixture
 from graincal.inference.weights import UnreachableSampleSize, effective_sample_size, log_weights, misfit, solve_s
@@ -87,23 +88,20 @@ class Iteration:
 
 def weigh(
     index: int,
-    samples: Samples,
+    batch: Batch,
     proposal: TruncatedMixture | None,
-    responses: Sequence[NDArray[np.float64]],
-    failed: NDArray[np.bool_],
     references: Sequence[Reference],
     *,
     scale: str,
     target: float,
 ) -> Iteration:
-    """Compare responses, one (N, T, J) for each reference, with the references, and weigh the samples so that the effective sample size is `target`.
+    """Compare the responses of a batch with the references, and weigh the samples so that the effective sample size is `target`.
 
-    Rows of failures are NaN. Several experiments share one s, and their log-likelihoods add.
+    references: at the states that the responses are at. Several experiments share one s, and their log-likelihoods add.
     Where no covariance does that, the iteration is returned without weights: that none exist is a result, not an error.
     """
-    pairs = np.concatenate([observable_errors(x, y) for x, y in zip(responses, references)], axis=1)
-    errors = sample_errors(pairs, np.concatenate([reference.shares for reference in references]))
-    misfits = np.concatenate([misfit(x, y, scale) for x, y in zip(responses, references)], axis=1)
+    samples, failed, pairs, errors = batch.samples, batch.failed, batch.observable_errors, batch.errors
+    misfits = np.concatenate([misfit(x, y, scale) for x, y in zip(batch.responses, references)], axis=1)
     weights = np.zeros(misfits.T.shape)
     s = sample_size = mean_error = np.nan
     unweighted = ""

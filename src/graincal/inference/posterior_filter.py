@@ -18,8 +18,8 @@ from graincal.inference.direct import Weighed, weigh_directly
 from graincal.inference.early_stop import MOST_DROPPED, EarlyStop
 from graincal.inference.emulation import Emulation, emulate
 from graincal.inference.emulator import Emulator
-from graincal.inference.error_model import error_model
-from graincal.inference.errors import errors_so_far, gl_error, observable_errors, sample_errors
+from graincal.inference.error_model import error_model, hypotheses
+from graincal.inference.errors import gl_error
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.first_look import FirstLook
 from graincal.inference.importance import normalised
@@ -27,9 +27,14 @@ from graincal.inference.iteration import Iteration
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox
 from graincal.inference.stop import Stop
+from graincal.inference.thinning import Thinning
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
+
+# Of the covariances of the errors: each is held so many times while a likelihood is made of it, and more memory than this is refused.
+COPIES = 3
+MOST_MEMORY = 4e9
 
 # The limit on evaluations that is not set otherwise.
 EVALUATIONS_PER_PARAMETER = 20
@@ -54,6 +59,7 @@ class PosteriorFilter(AskTellFilter):
     restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.
 
     Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples, `ahead` batches. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
+    `thin`: whether the rows of dense references are put together, to some 50 to 100 states (see `Thinning`).
     `first_look`: evaluations of cheaper models, which say where to begin and what to expect of each response.
     `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
@@ -75,6 +81,7 @@ class PosteriorFilter(AskTellFilter):
         discrepancy: bool = False,
         emulator: bool = True,
         early_stop: bool = False,
+        thin: bool = True,
         scatters: Sequence[bool] | None = None,
         first_look: FirstLook | None = None,
         stop: Stop = Stop(),
@@ -87,14 +94,16 @@ class PosteriorFilter(AskTellFilter):
         self.ahead = ahead
         self.emulator = emulator
         self.early_stop = early_stop
+        self.thinnings = tuple(Thinning.of(reference, thin) for reference in self.references)
         self.stop = stop
         self.seed = seed
         self._check(scatters)
-        self.errors = tuple(error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy) for reference in self.references)
+        self._check_size(discrepancy)
+        self.errors = tuple(error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy) for reference in self.thinnings)
         self.scatters = tuple(
             reference.simulated or scatter for reference, scatter in zip(self.references, scatters or [False] * len(self.references))
         )
-        self._evaluations = Evaluations.none(space, [reference.values.shape for reference in self.references])
+        self._evaluations = Evaluations.none(space, [reference.values.shape for reference in self.kept])
         self._iterations: list[Iteration] = []
         self._emulations: list[Emulation | None] = []
         self._weighed: list[Weighed | None] = []
@@ -177,7 +186,7 @@ class PosteriorFilter(AskTellFilter):
         """Have these told next, with ids that go on from the last told, instead of what is asked for: they are learnt from, and carry no weight."""
         self._origins.clear()
         self._origins.append((self._start, 0))
-        self._batches.replace(Batch(samples, self.references, self.space))
+        self._batches.replace(Batch(samples, self.thinnings, self.space))
 
     # The loop
 
@@ -198,7 +207,7 @@ class PosteriorFilter(AskTellFilter):
             self._emulations.append(
                 emulate(
                     self._evaluations,
-                    self.references,
+                    self.kept,
                     self.errors,
                     self.scatters,
                     self._rng("emulate", len(self._iterations)),
@@ -210,7 +219,7 @@ class PosteriorFilter(AskTellFilter):
             self._weighed.append(None)
         else:
             self._emulations.append(None)
-            self._weighed.append(weigh_directly(self._evaluations, self.references, self.errors))
+            self._weighed.append(weigh_directly(self._evaluations, self.kept, self.errors))
         self._iterations.append(self._iteration(batch))
 
     def _go_on(self) -> None:
@@ -239,7 +248,7 @@ class PosteriorFilter(AskTellFilter):
         if emulation and emulation.predicts:
             self._ask(emulation.explored.proposal, self.batch - 1, emulation.answer[None], emulation if self.early_stop else None)
             return
-        weighed = self.weighed or (weigh_directly(self._evaluations, self.references, self.errors) if self._iterations else None)
+        weighed = self.weighed or (weigh_directly(self._evaluations, self.kept, self.errors) if self._iterations else None)
         if weighed is None:
             self._ask(self._start, self.batch)
             return
@@ -259,9 +268,10 @@ class PosteriorFilter(AskTellFilter):
         ids = np.arange(len(theta), dtype=np.int64) + self._batches.asked
         for array in (ids, theta):
             array.setflags(write=False)
-        early_stop = EarlyStop(emulation.first_states, dict(zip(ids.tolist(), self._least(emulation, proposal, drawn)))) if emulation else None
+        least = dict(zip(ids.tolist(), self._least(emulation, proposal, drawn))) if emulation else {}
+        early_stop = EarlyStop(emulation.first_states, least, self.thinnings) if emulation else None
         self._origins.append((proposal, count))
-        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.references, self.space, early_stop))
+        self._batches.add(Batch(Samples(ids, theta, self.space.names), self.thinnings, self.space, early_stop))
 
     def _least(self, emulation: Emulation, proposal: DefensiveMixture, theta: NDArray[np.float64]) -> NDArray[np.float64]:
         """The log likelihood (M,) below which samples (M, n) of a proposal are of no account: so many runs of that together have not the part
@@ -277,9 +287,9 @@ class PosteriorFilter(AskTellFilter):
         """Emulators of a first look, and the density of the first batch: all of the box where there was none."""
         if first_look is None:
             return None, DefensiveMixture(self.space)
-        first_look.check(self.space, self.references)
+        first_look.check(self.space, self.kept)
         with threadpool_limits(1):
-            return first_look.learn(self.space, self.references, self.errors, self._rng("look", 0))
+            return first_look.learn(self.space, self.kept, self.errors, self._rng("look", 0))
 
     def _replicates(self, answer: NDArray[np.float64]) -> NDArray[np.float64]:
         """The answer, so many times: a billionth of the ranges apart, or a deterministic simulator would give the same run each time."""
@@ -304,10 +314,7 @@ class PosteriorFilter(AskTellFilter):
         return met
 
     def _iteration(self, batch: Batch) -> Iteration:
-        pairs = np.concatenate([observable_errors(x, y) for x, y in zip(batch.responses, self.references)], axis=1)
-        errors = sample_errors(pairs, np.concatenate([reference.shares for reference in self.references]))
-        stopped = batch.stopped
-        pairs[stopped], errors[stopped] = errors_so_far([responses[stopped] for responses in batch.responses], self.references)
+        pairs, errors, stopped = batch.observable_errors, batch.errors, batch.stopped
         weights, sample_size, mean_error, unweighted = np.zeros(len(errors)), np.nan, np.nan, "no response to learn from"
         if not batch.failed.all() and (self.emulation or self.weighed):
             if self.emulation:
@@ -332,6 +339,17 @@ class PosteriorFilter(AskTellFilter):
     def _rng(self, purpose: str, batch: int) -> np.random.Generator:
         """The random numbers of one purpose and of the batch of this number."""
         return np.random.default_rng([self.seed, batch, sum(purpose.encode())])
+
+    def _check_size(self, discrepancy: bool) -> None:
+        """Raise InputError where the covariances of a reference that is not thinned would need more memory than is reasonable."""
+        for reference in self.kept:
+            states, observables = reference.values.shape
+            needed = hypotheses(discrepancy) * (states * observables) ** 2 * 8 * COPIES
+            if needed > MOST_MEMORY:
+                raise InputError(
+                    f"filter.thin = false keeps all {states} rows of a reference with {observables} observable{'s' * (observables > 1)}, and the covariances of their errors would "
+                    f"need about {needed / 1e9:.0f} GB of memory, more than the {MOST_MEMORY / 1e9:g} GB allowed: leave filter.thin out, or give fewer rows."
+                )
 
     def _check(self, scatters: Sequence[bool] | None) -> None:
         if not self.references:

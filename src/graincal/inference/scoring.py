@@ -9,18 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError, Reference
-from graincal.inference.error_model import ErrorModel, error_model
+from graincal.inference.error_model import ErrorModel, error_model, mean_variances
 from graincal.inference.errors import observable_errors, sample_errors
 from graincal.inference.likelihood import ReducedLikelihood, columns
+from graincal.inference.thinning import Thinning
 
 # Draws of the measurement errors for each predicted response, to find the ends of a band with.
 DRAWS = 50
 
+# Rows of a curve that are looked at together: more would only take memory.
+ROWS_AT_ONCE = 500
+
 
 @dataclass(frozen=True)
 class Score:
-    """coverage: the share of states within the band, by observable. log_score: log p(y) under the prediction, measurement errors included, for each value;
-    the larger the better. error: that of the mean response (Hartmann, Cheng, Thornton 2022, Eq. 6), percent."""
+    """coverage: the share of rows within the band, by observable. log_score: log p(y) under the prediction, measurement errors included, for each value that is
+    kept of a dense curve (`Thinning`); the larger the better. error: that of the mean response (Hartmann, Cheng, Thornton 2022, Eq. 6), percent."""
 
     probability: float
     coverage: Mapping[str, float]
@@ -40,21 +44,28 @@ def score(
     """
     if len(responses) < 2:
         raise InputError(f"a score needs two responses, not {len(responses)}.")
-    errors = error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy)
-    covariance = np.tensordot(np.exp(errors.log_prior), errors.covariances, axes=1)
-    states, observables = reference.values.shape
-    deviation = np.sqrt(np.diag(covariance)).reshape(observables, states).T
-    noise = deviation * np.random.default_rng(0).standard_normal((DRAWS, 1, states, observables))
-    possible = (responses[None] + noise).reshape(-1, states, observables)
-    low, high = np.quantile(possible, [(1 - probability) / 2, (1 + probability) / 2], axis=0)
-    within = (low <= reference.values) & (reference.values <= high)
+    thinning = Thinning.of(reference)
+    errors = error_model(thinning, correlation_length=correlation_length, discrepancy=discrepancy)
     mean = responses.mean(axis=0)[None]
     return Score(
         probability,
-        dict(zip(reference.names, within.mean(axis=0).tolist())),
-        _log_density(responses, reference, errors) / reference.values.size,
+        _coverage(responses, reference, probability, discrepancy),
+        _log_density(thinning.reduce(responses), thinning.kept, errors) / thinning.kept.values.size,
         float(sample_errors(observable_errors(mean, reference), reference.shares)[0]),
     )
+
+
+def _coverage(responses: NDArray[np.float64], reference: Reference, probability: float, discrepancy: bool) -> dict[str, float]:
+    """The share of rows within the band, by observable."""
+    deviations, rng = np.sqrt(mean_variances(reference, discrepancy)), np.random.default_rng(0)
+    within = np.empty(reference.values.shape, dtype=bool)
+    for first in range(0, len(within), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
+        noise = deviations[rows] * rng.standard_normal((DRAWS, 1, *deviations[rows].shape))
+        possible = (responses[None, :, rows] + noise).reshape(-1, *deviations[rows].shape)
+        low, high = np.quantile(possible, [(1 - probability) / 2, (1 + probability) / 2], axis=0)
+        within[rows] = (low <= reference.values[rows]) & (reference.values[rows] <= high)
+    return dict(zip(reference.names, within.mean(axis=0).tolist()))
 
 
 def _log_density(responses: NDArray[np.float64], reference: Reference, errors: ErrorModel) -> float:

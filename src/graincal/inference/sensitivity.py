@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from graincal.data import ParameterSpace, Reference
+from graincal.data import ParameterSpace
 from graincal.inference.emulation import Emulation
 from graincal.inference.emulator import emulated_log_likelihood
 from graincal.inference.error_model import error_model
@@ -16,6 +16,7 @@ from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import systematic_resampling
+from graincal.inference.thinning import Thinning
 
 # Joint draws of the emulators, at so many samples of the posterior.
 DRAWS, SAMPLES = 50, 400
@@ -53,7 +54,7 @@ def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evi
 def without_discrepancy(
     emulation: Emulation,
     space: ParameterSpace,
-    references: Sequence[Reference],
+    thinnings: Sequence[Thinning],
     scatters: Sequence[bool],
     correlation_length: float | None,
     rng: np.random.Generator,
@@ -61,9 +62,9 @@ def without_discrepancy(
     """The posterior if the model were able to reproduce the references, by the same emulators: no evaluation is made."""
     likelihoods = [
         ReducedLikelihood.of(
-            reference, error_model(reference, correlation_length=correlation_length), emulator.centre, emulator.basis, emulator.added(scatter)
+            thinning.kept, error_model(thinning, correlation_length=correlation_length), emulator.centre, emulator.basis, emulator.added(scatter)
         )
-        for reference, scatter, emulator in zip(references, scatters, emulation.emulators)
+        for thinning, scatter, emulator in zip(thinnings, scatters, emulation.emulators)
     ]
     found = explore(space, lambda unit: emulated_log_likelihood(likelihoods, emulation.emulators, unit), rng, near=emulation.explored.proposal)
     return Posterior(space.names, found.theta, found.weights)

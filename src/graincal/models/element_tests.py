@@ -13,7 +13,11 @@ from graincal import _native
 from graincal.data import InputError
 from graincal.dem import stress_path
 from graincal.dem.stress_path_table import StressPathTable
+from graincal.models.proportion import ENGINE_PRESSURE, for_engine
 from graincal.models.stress_path import STRAINS, Panel, StressPathTest, one_row
+
+WITHOUT_STRESSES = 0.5e6
+"""Pa, at which the inertial number is meant where a path has no stress at all."""
 
 
 class _AxialTest(StressPathTest):
@@ -22,9 +26,9 @@ class _AxialTest(StressPathTest):
     controls = STRAINS
     path: ClassVar[Callable[[float, Sequence[float]], list[_native.Stage]]]
 
-    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+    def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each axial strain."""
-        return self.path(self.confining_pressure, -at if self.control == "axial_extension" else at)
+        return self.path(confining_pressure, -at if self.control == "axial_extension" else at)
 
 
 class TriaxialTest(_AxialTest):
@@ -58,7 +62,7 @@ class UndrainedTest(_AxialTest):
     def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
         """The columns of every path, and the excess pore pressure."""
         columns = super().derived(c)
-        return columns | {"excess_pore_pressure": self.confining_pressure - columns["lateral_stress"]}
+        return columns | {"excess_pore_pressure": ENGINE_PRESSURE - columns["lateral_stress"]}
 
 
 class OedometricTest(StressPathTest):
@@ -70,10 +74,10 @@ class OedometricTest(StressPathTest):
     also_returned = ("axial_stress", "lateral_stress")
     shown = (Panel("axial_stress", over="axial_strain"), Panel("void_ratio", over="axial_stress", logarithmic=True))
 
-    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+    def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each axial strain or stress."""
         path = stress_path.oedometric if self.control == "axial_strain" else stress_path.oedometric_to_stresses
-        return path(self.confining_pressure, at)
+        return path(confining_pressure, at)
 
 
 class IsotropicTest(StressPathTest):
@@ -84,9 +88,9 @@ class IsotropicTest(StressPathTest):
     controls = ("mean_stress",)
     shown = (Panel("void_ratio", logarithmic=True), Panel("coordination_number", logarithmic=True))
 
-    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
+    def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each pressure."""
-        return stress_path.isotropic(self.confining_pressure, at)
+        return stress_path.isotropic(confining_pressure, at)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,17 +109,29 @@ class TableTest(StressPathTest):
     also_returned = ("strain_x", "strain_y", "strain_z", "stress_xx", "stress_yy", "stress_zz")
     optional = ("confining_pressure",)
 
-    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
-        """The table's stages, after consolidation if there is one."""
-        return self.table.stages(self.confining_pressure)
+    @property
+    def unit_of_stress(self) -> float:
+        """Pa: the confining pressure, or else the mean of the stresses in the first row of the table that has some; of a table without stresses that of the paper's test."""
+        if self.confining_pressure is not None:
+            return self.confining_pressure
+        stresses = next((found for row in self.table.rows if (found := [goal.target for goal in row.goals if goal.stress])), [WITHOUT_STRESSES])
+        return float(np.mean(stresses))
 
-    def checked(self, at: ArrayLike) -> NDArray[np.float64]:
+    def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """The table's stages, after consolidation if there is one."""
+        consolidated = None if self.confining_pressure is None else confining_pressure
+        return self.table.stages(consolidated, lambda stress: float(for_engine(stress, self.unit_of_stress)))
+
+    def states(self, at: ArrayLike) -> NDArray[np.float64]:
         """All recorded stages, whichever are asked for. Raises InputError for one that is not among them."""
         recorded = np.array(self.table.recorded, dtype=np.float64)
         asked = one_row(at)
         if asked is None or not np.all(np.isin(asked, recorded)):
             raise InputError(f"{self.table.name}: stages must be one row of the numbers of recorded ones, {', '.join(map(str, self.table.recorded))}.")
         return recorded
+
+    def _stages(self, states: NDArray[np.float64]) -> list[_native.Stage]:
+        return self.stages(ENGINE_PRESSURE, states)
 
     def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
         """The columns of every path, and the number of the stage."""

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.execution import OneByOne, Processes, available_cores, evaluate_each, evaluate_in_processes
-from graincal.models.interpolation import covers, span
+from graincal.interpolation import covers, span
 from graincal.models.named_function import describe_exception, find_function
 
 Function = Callable[[NDArray[np.float64]], Mapping[str, ArrayLike]]

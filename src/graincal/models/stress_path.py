@@ -18,17 +18,16 @@ from graincal.data import Failure, InputError, Response, Samples
 from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.execution import OneByOne, available_cores
+from graincal.interpolation import interpolate
 from graincal.models.contact_parameters import PARAMETERS, limits_of, meant, outside, unusual_parameters
-from graincal.models.economy import DENSITY, Economy, density_scaling_of
+from graincal.models.economy import DENSITY, INERTIAL_NUMBER, Economy, density_scaling_of
 from graincal.models.plausibility import impossible_pressure, unusual_pressure
+from graincal.models.proportion import ENGINE_PRESSURE, for_engine, from_engine
+from graincal.models.rests import REST_EVERY, strains_at_rest, stresses_at_rest
 from graincal.suggestion import did_you_mean
 
 LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
 """The contact laws by name (docs/contact-laws.md)."""
-
-PRECISIONS = ("float64", "float32")
-"""Of forces, velocities, the contacts' memory and the sums over one particle's contacts, the default first. Positions and what is found from
-them alone are float64 in either, and so are sums over a packing, but for blocks of up to 64 pairs of which the stress is made."""
 
 STEPS_EXPONENT = {"linear": 1 / 2, "hertz-mindlin": 1 / 3}
 """The steps of a run grow with this power of the modulus: the stiffness of a Hertz contact under a given force goes with the modulus to the power 2/3."""
@@ -41,6 +40,9 @@ RETURNED = (
     "a_c", "a_n", "a_t", "unbalanced_force", "steps", "flagged",
 )  # fmt: skip
 """The columns of a response: strains logarithmic and stresses in Pa, compression positive; Z, a_c, a_n, a_t by Eq. 8-11 of the paper."""
+
+IN_PASCAL = ("mean_stress", "deviatoric_stress", "axial_stress", "lateral_stress", "excess_pore_pressure", "stress_xx", "stress_yy", "stress_zz")
+"""Columns that are stresses."""
 
 _NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "flagged": 0, "consolidation_flagged": 0}
 
@@ -65,15 +67,17 @@ class StressPathTest(Economy, ABC):
     """A test of a packing along a stress path.
 
     packing: one, or several that are samples of the same material: a sample's id modulo their number says which it runs on, so that the
-    scatter between packings is part of what the runs scatter by. `packing` is then the first, from which the density scaling follows where an inertial
+    scatter between packings is part of what the runs scatter by. `packing` is then the first, from which the grains' density follows where an inertial
     number is given, and `packings` are all of them.
-    confining_pressure: Pa, of the isotropic consolidation that the path begins with. density_scaling: factor on the grains' density (the paper's 1e3).
-    inertial_number: of axial loading at the confining pressure, instead of the density scaling, which then follows from it.
+    confining_pressure: Pa, of the isotropic consolidation that the path begins with. The test rests at states of its own (rests.py), whatever rows it is
+    compared with. rest_every: the strain from one to the next, 0.004 by default; None for a path that is driven by stress.
+    inertial_number: of axial loading at the confining pressure, from which the scaling of the grains' density follows, so that the test is the same at every
+    pressure; INERTIAL_NUMBER by default. density_scaling: factor on the grains' density instead (the paper's 1e3).
     fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
-    within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which states
-    are recorded are of, one of the path's `controls`; by default the first of them.
-    law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md). precision: "float64" or "float32", in which
-    forces, velocities and the contacts' memory are computed; positions and overlaps are float64 in either. What makes a run shorter is Economy's.
+    within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which the
+    test is asked for are of, one of the path's `controls`; by default the first of them.
+    law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md). How exact a run is, and how long, are
+    Economy's options.
 
     What one path differs in from another is below: its name in files and on the command line, what it is called, and its stages.
     """
@@ -92,40 +96,41 @@ class StressPathTest(Economy, ABC):
 
     packing: Packing | Sequence[Packing]
     confining_pressure: float
-    density_scaling: float = 1e3
+    density_scaling: float | None = None
     fixed: Mapping[str, float] = field(default_factory=dict)
     largest_flagged_share: float = 0.1
     step_limit: int = 20_000_000
     control: str = ""
     law: str = "linear"
-    precision: str = PRECISIONS[0]
     inertial_number: float | None = field(default=None, kw_only=True)
+    rest_every: float | None = field(default=None, kw_only=True)
     packings: Sequence[Packing] = field(default=(), kw_only=True)
 
     @abstractmethod
-    def stages(self, at: NDArray[np.float64]) -> list[_native.Stage]:
-        """The stages of the path, one of them recorded for each control value (T,)."""
+    def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
+        """The stages of the path, one of them recorded for each control value (S,); stresses are in the unit of the confining pressure."""
 
     def __post_init__(self) -> None:
         self._hold_packings()
         object.__setattr__(self, "control", self.control or self.controls[0])
         if self.control not in self.controls:
             raise InputError(f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}{did_you_mean(self.control, self.controls)}.")
-        for name in ("confining_pressure", "density_scaling", "step_limit"):
+        for name in ("confining_pressure", "density_scaling", "inertial_number", "step_limit"):
             value = getattr(self, name)
-            if value is None and name in self.optional:
+            if value is None and name in ("density_scaling", "inertial_number", *self.optional):
                 continue
             if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
         if self.confining_pressure is not None and (wrong := impossible_pressure("confining_pressure", self.confining_pressure)):
             raise InputError(wrong)
-        self._choose_density_scaling()
+        if self.density_scaling is not None and self.inertial_number is not None:
+            raise InputError("density_scaling and inertial_number are both given, and one of them was expected.")
+        self._check_rests()
         self.check_economy()
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
             raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
-        for name, choices in {"law": tuple(LAWS), "precision": PRECISIONS}.items():
-            if getattr(self, name) not in choices:
-                raise InputError(f"{name} must be {' or '.join(map(repr, choices))}, not {getattr(self, name)!r}{did_you_mean(getattr(self, name), choices)}.")
+        if self.law not in LAWS:
+            raise InputError(f"law must be {' or '.join(map(repr, LAWS))}, not {self.law!r}{did_you_mean(self.law, LAWS)}.")
         if unknown := sorted(set(self.fixed) - set(PARAMETERS)):
             raise InputError(f"fixed: {unknown[0]} is not among the test's parameters {', '.join(PARAMETERS)}{did_you_mean(unknown[0], PARAMETERS)}.")
         for name, value in self.fixed.items():
@@ -147,20 +152,33 @@ class StressPathTest(Economy, ABC):
         """The test on each of its packings by itself."""
         return tuple(replace(self, packing=packing, packings=()) for packing in self.packings) if len(self.packings) > 1 else (self,)
 
-    def _choose_density_scaling(self) -> None:
-        inertial = self.inertial_number
-        if inertial is None:
+    def _check_rests(self) -> None:
+        every = self.rest_every
+        if every is None:
             return
-        if not (isinstance(inertial, Real) and np.isfinite(inertial) and inertial > 0):
-            raise InputError(f"inertial_number must be a positive number, not {inertial!r}.")
-        if self.confining_pressure is None:
-            raise InputError("inertial_number needs a confining_pressure, at which it is meant.")
-        scaling = float(density_scaling_of(self.packing, self.confining_pressure, inertial))
-        if self.density_scaling not in (StressPathTest.density_scaling, scaling):
-            raise InputError("density_scaling and inertial_number are both given, and one of them was expected.")
-        # From here on the test has a density scaling like any other: it is kept where the test is stored, or repeated at another pressure.
-        object.__setattr__(self, "density_scaling", scaling)
-        object.__setattr__(self, "inertial_number", None)
+        if self.control not in STRAINS:
+            raise InputError(f"rest_every is a strain, and {self.name_with_article} that is driven by {self.control} rests at states of its own: leave it out.")
+        if not (isinstance(every, Real) and 1e-5 <= every < 1):
+            raise InputError(f"rest_every must be a strain from 1e-5 to 1, a fraction and not percent, not {every!r}.")
+
+    @property
+    def unit_of_stress(self) -> float:
+        """Pa: what the test is the same in units of, its confining pressure."""
+        return self.confining_pressure
+
+    @property
+    def scaling(self) -> float:
+        """The factor on the grains' density that is in effect."""
+        if self.density_scaling is not None:
+            return float(self.density_scaling)
+        return float(density_scaling_of(self.packing, self.unit_of_stress, self.inertial_number or INERTIAL_NUMBER))
+
+    @property
+    def density_in_words(self) -> str:
+        """What the grains' density follows from."""
+        if self.density_scaling is not None:
+            return f"density scaling {self.density_scaling:g}"
+        return f"inertial number {self.inertial_number or INERTIAL_NUMBER:.3g}"
 
     @property
     def returned(self) -> tuple[str, ...]:
@@ -190,21 +208,22 @@ class StressPathTest(Economy, ABC):
     ) -> Iterator[tuple[int, Response | Failure]]:
         """Simulate each sample and yield (row, Response or Failure) in order of completion.
 
-        at (T,): control values of the recorded states: strains logarithmic, as fractions; stresses in Pa. workers: threads, all cores by default. A
+        at (T,): control values that the response must cover: strains logarithmic, as fractions; stresses in Pa. The response is on the states at which the test
+        rests on its way (`states`), the same for whatever rows end within the same step. workers: threads, all cores by default. A
         sample outside the bounds of the contact law is a Failure. watch(id, response) is shown the states of a sample so far each time that there is one
         more, from several threads; where it returns True, the simulation is stopped and they are its Response. Raises InputError for parameters too many or
         too few, and for values that cannot be reached.
         """
-        at = self.checked(at)
+        states = self.states(at)
         theta = self.arrange(samples)
-        return self._evaluate(theta, samples.ids, at, workers or available_cores(), watch)
+        return self._evaluate(theta, samples.ids, states, workers or available_cores(), watch)
 
     def one_by_one(self, at: ArrayLike, watch: Callable[[int, Response], bool] | None = None) -> OneByOne:
         """Simulations of single samples, each on one thread; watch as in `evaluate`. Raises InputError for control values that cannot be reached."""
-        at, stopped = self.checked(at), threading.Event()
+        states, stopped = self.states(at), threading.Event()
 
         def evaluate(sample: Samples) -> Response | Failure:
-            ((_, outcome),) = self._evaluate(self.arrange(sample), sample.ids, at, 1, watch, stopped.is_set)
+            ((_, outcome),) = self._evaluate(self.arrange(sample), sample.ids, states, 1, watch, stopped.is_set)
             return outcome
 
         return OneByOne(evaluate, stopped.set)
@@ -217,7 +236,7 @@ class StressPathTest(Economy, ABC):
         self,
         theta: NDArray[np.float64],
         ids: NDArray[np.int64],
-        at: NDArray[np.float64],
+        states: NDArray[np.float64],
         threads: int,
         watch: Callable[[int, Response], bool] | None = None,
         stopped: Callable[[], bool] = lambda: False,
@@ -238,62 +257,78 @@ class StressPathTest(Economy, ABC):
         def watched(index: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:
             row = possible[index]
             # Where too many of the states so far were not at rest they say nothing, and whether it is a failure is seen at the end.
-            return not self._too_many_flagged(columns) and watch(int(ids[row]), test_of[row]._response(columns, at))
+            return not self._too_many_flagged(columns) and watch(int(ids[row]), test_of[row]._response(columns, states))
 
         runs = run_batch(
             [test_of[row].packing for row in possible],
-            [_law(self.law, theta[row]) for row in possible],
-            self.stages(at),
-            density=DENSITY * self.density_scaling,
+            [self._law(theta[row]) for row in possible],
+            self._stages(states),
+            density=float(for_engine(DENSITY * self.scaling, self.unit_of_stress)),
             expected_steps=relative_run_lengths(self.law, theta[possible]),
             threads=threads,
             step_limit=self.step_limit,
-            precision=self.precision,
+            precision=self.setting("precision"),
             economy=self.economy,
             stopped=stopped,
             watch=watched if watch else None,
         )
         for run in runs:
             row = possible[run.index]
-            yield row, test_of[row]._outcome(run, at)
+            yield row, test_of[row]._outcome(run, states)
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
-        """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order."""
+        """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order, at the control values `at` (T,)."""
         names = tuple(name for name in PARAMETERS if name not in self.fixed)
         thetas = np.atleast_2d(np.asarray(thetas, dtype=np.float64))
         if thetas.shape[1] != len(names):
             raise InputError(f"theta must have the {len(names)} columns {', '.join(names)}, not {thetas.shape[1]}.")
         samples = Samples(np.arange(len(thetas)), thetas, names)
-        outcomes = dict(self.evaluate(samples, at, workers=threads))
-        return [outcomes[row] for row in range(len(samples))]
+        outcomes, rows = dict(self.evaluate(samples, at, workers=threads)), np.asarray(at, dtype=np.float64)
+        return [outcome if isinstance(outcome := outcomes[row], Failure) else interpolate(outcome, rows) for row in range(len(samples))]
 
-    def checked(self, at: ArrayLike) -> NDArray[np.float64]:
-        """The control values of the states that are recorded where `at` is asked for. Raises InputError for what the path cannot reach."""
-        return checked_strains(at) if self.control in STRAINS else checked_stresses(at, self.control)
+    def states(self, at: ArrayLike) -> NDArray[np.float64]:
+        """The control values (S,) of the states at which the test rests on its way through all of `at` (T,). Raises InputError for what the path cannot reach."""
+        if self.control in STRAINS:
+            return strains_at_rest(checked_strains(at), REST_EVERY if self.rest_every is None else self.rest_every)
+        return stresses_at_rest(checked_stresses(at, self.control), self.confining_pressure)
 
-    def _outcome(self, run: Run, at: NDArray[np.float64]) -> Response | Failure:
+    def _stages(self, states: NDArray[np.float64]) -> list[_native.Stage]:
+        """The path as the engine is given it."""
+        return self.stages(ENGINE_PRESSURE, states if self.control in STRAINS else for_engine(states, self.unit_of_stress))
+
+    def _law(self, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
+        log_modulus, ratio, friction_angle, rolling_stiffness, rolling_strength = theta
+        modulus = float(for_engine(10.0**log_modulus, self.unit_of_stress))
+        return LAWS[self.law](modulus, ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
+
+    def _outcome(self, run: Run, states: NDArray[np.float64]) -> Response | Failure:
         flagged = int(run.columns["flagged"].sum())
         details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * self.packing.count}
         details |= {"flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
         if run.status == "stopped":
-            return self._response(run.columns, at, details | {"stopped": 1})
+            return self._response(run.columns, states, details | {"stopped": 1})
         if run.status != "finished":
             return Failure(run.status, _FAILURES[run.status].format(limit=self.step_limit) + f" (after {run.steps} steps).", details)
         if self._too_many_flagged(run.columns):
-            reason = f"{flagged} of {len(at)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
+            reason = f"{flagged} of {len(states)} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} allowed."
             return Failure("flagged", reason, details)
-        return self._response(run.columns, at, details)
+        return self._response(run.columns, states, details)
 
     def _too_many_flagged(self, recorded: Mapping[str, NDArray[np.float64]]) -> bool:
         return bool(recorded["flagged"].sum() > self.largest_flagged_share * len(recorded["flagged"]))
 
-    def _response(self, recorded: Mapping[str, NDArray[np.float64]], at: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
-        """Of the states recorded, the first or all of those at `at`."""
+    def _response(self, recorded: Mapping[str, NDArray[np.float64]], states: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
+        """Of the states recorded, the first or all of those that were to be."""
         columns = {**recorded, **self.derived(recorded)}
-        return Response(at[: len(columns["steps"])], {name: columns[name] for name in self.returned}, details)
+        values = {name: from_engine(columns[name], self.unit_of_stress) if name in IN_PASCAL else columns[name] for name in self.returned}
+        return self.response(states[: len(columns["steps"])], values, details)
+
+    def response(self, control: NDArray[np.float64], values: Mapping[str, NDArray[np.float64]], details: Mapping[str, float]) -> Response:
+        """What this test returned (S,) at its states (S,), as a Response that knows its pressure and which of its values are stresses."""
+        return Response(control, values, details, self.control, self.unit_of_stress, tuple(name for name in IN_PASCAL if name in values))
 
     def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
-        """What follows from the recorded states, whose columns are given."""
+        """What follows from the recorded states, whose columns are given; stresses are the engine's, at ENGINE_PRESSURE."""
         lateral = 0.5 * (c["stress_xx"] + c["stress_yy"])
         # A sample that has lost its contacts has no lateral stress: its ratio is not finite, and whoever compares it says so.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -309,11 +344,6 @@ class StressPathTest(Economy, ABC):
             "mean_stress": (c["stress_xx"] + c["stress_yy"] + c["stress_zz"]) / 3,
             "deviatoric_stress": c["stress_zz"] - lateral,
         }
-
-
-def _law(name: str, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
-    log_modulus, ratio, friction_angle, rolling_stiffness, rolling_strength = theta
-    return LAWS[name](10.0**log_modulus, ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
 
 
 def unusual(test: StressPathTest) -> list[str]:

@@ -14,7 +14,7 @@ from graincal.campaign.experiment import Model
 from graincal.data import Reference, Samples
 from graincal.models import PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS
-from graincal.models.stress_path import PRECISIONS, STRAINS
+from graincal.models.stress_path import STRAINS
 
 PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
@@ -31,12 +31,13 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
         words += ["-p", f"{name}={value:.8g}"]
     if test.law != "linear":
         words += ["--law", test.law]
-    if test.precision != PRECISIONS[0]:
-        words += ["--precision", test.precision]
-    for name, value in test.economies.items():
-        words += [f"--{name.replace('_', '-')}", str(value)]
+    densities = {name: value for name in ("density_scaling", "inertial_number") if (value := getattr(test, name)) is not None}
+    for name, value in (densities | test.economies).items():
+        words += [f"--{name.replace('_', '-')}", value if isinstance(value, str) else f"{value:.8g}"]
     words += ["--at", at] if at else _path(test, reference.control)
-    words += ["--density-scaling", f"{test.density_scaling:.8g}", "-o", "curve.csv"]
+    if test.rest_every is not None:
+        words += ["--rest-every", f"{test.rest_every:.8g}"]
+    words += ["-o", "curve.csv"]
     return shlex.join(words)
 
 

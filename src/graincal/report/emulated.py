@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign import Result
-from graincal.data import Reference
 from graincal.inference import Posterior
 from graincal.inference.emulation import Emulation
 from graincal.inference.error_model import error_model, measurement_errors
@@ -32,8 +31,9 @@ _MOST_ALONE = 6
 
 @dataclass(frozen=True, eq=False)
 class Bands:
-    """Of one experiment, each (2, T, J): 90 % intervals of the mean response, and of a measurement of it."""
+    """Of one experiment, at the control values (K,) that are kept of its reference: 90 % intervals of the mean response, and of a measurement of it, each (2, K, J)."""
 
+    control: NDArray[np.float64]
     response: NDArray[np.float64]
     measurement: NDArray[np.float64]
 
@@ -92,10 +92,10 @@ class Emulated:
         rng, unit = np.random.default_rng(0), self.result.space.to_unit(self.theta)
         bands = []
         with threadpool_limits(1):
-            for emulator, likelihood, errors, scatters, experiment in zip(
-                self.emulation.emulators, self.emulation.likelihoods, self.result.filter.errors, self.result.filter.scatters, self.result.experiments
+            for emulator, likelihood, errors, scatters, reference in zip(
+                self.emulation.emulators, self.emulation.likelihoods, self.result.filter.errors, self.result.filter.scatters, self.result.filter.kept
             ):
-                names = experiment.reference.names
+                names = reference.names
                 mean, variance = emulator.predict(unit)
                 response = emulator.curves(mean + np.sqrt(variance) * rng.standard_normal(mean.shape), len(names))
                 # A hypothesis on the errors for each sample, as probable as the reference makes it.
@@ -106,7 +106,7 @@ class Emulated:
                 sd = np.swapaxes(sd.reshape(len(sd), len(names), -1), 1, 2)
                 measured = response + sd * rng.standard_normal(sd.shape)
                 levels = ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2)
-                bands.append(Bands(np.quantile(response, levels, axis=0), np.quantile(measured, levels, axis=0)))
+                bands.append(Bands(reference.control, np.quantile(response, levels, axis=0), np.quantile(measured, levels, axis=0)))
         return tuple(bands)
 
     @cached_property
@@ -147,7 +147,7 @@ class Emulated:
         filter = self.result.filter
         with threadpool_limits(1):
             return without_discrepancy(
-                self.emulation, self.result.space, filter.references, filter.scatters, options["correlation_length"], np.random.default_rng(0)
+                self.emulation, self.result.space, filter.thinnings, filter.scatters, options["correlation_length"], np.random.default_rng(0)
             )
 
     def expected_error(self) -> float:
@@ -156,12 +156,12 @@ class Emulated:
         That of a Gaussian is 0.80 standard deviations at each state.
         """
         errors, shares = [], []
-        for experiment, emulator, scatters in zip(self.result.experiments, self.emulation.emulators, self.result.filter.scatters):
-            reference = experiment.reference
-            scatter = np.diag(emulator.simulator) if scatters else np.zeros(reference.values.size)
-            variances = np.swapaxes(scatter.reshape(len(reference.names), -1), 0, 1)
-            for error, values, share, added in zip(measurement_errors(reference), reference.values.T, reference.shares, variances.T):
-                sd = np.sqrt(error.absolute**2 + (error.relative * values) ** 2 + error.step**2 / 12 + added)
+        for thinning, emulator, scatters in zip(self.result.filter.thinnings, self.emulation.emulators, self.result.filter.scatters):
+            reference = thinning.whole
+            scatter = np.diag(emulator.simulator) if scatters else np.zeros(thinning.kept.values.size)
+            of_states = scatter.reshape(len(reference.names), -1)
+            for error, values, share, added in zip(measurement_errors(reference), reference.values.T, reference.shares, np.repeat(of_states, thinning.counts, axis=1)):
+                sd = np.sqrt(error.absolute**2 + (error.relative * values) ** 2 + error.independent_variance() + added)
                 errors.append(100 * np.sqrt(2 / np.pi) * sd.sum() / np.abs(values).sum())
                 shares.append(share)
         return float(np.average(errors, weights=1 / np.array(shares)))
@@ -176,20 +176,14 @@ class Emulated:
         return np.argmin(np.sum((unit[:, None] - centres) ** 2, axis=2), axis=1)
 
     def _shrinkage_by(self, number: int, name: str) -> NDArray[np.float64]:
-        whole, emulator = self.result.experiments[number].reference, self.emulation.emulators[number]
-        place, states = whole.names.index(name), len(whole.control)
+        both, emulator = self.result.filter.thinnings[number], self.emulation.emulators[number]
+        place, states = both.whole.names.index(name), len(both.kept.control)
         rows = slice(place * states, (place + 1) * states)
-        reference = Reference(
-            whole.control,
-            {name: whole.observables[name]},
-            None,
-            {name: measurement_errors(whole)[place]},
-            control_name=whole.control_name,
-            control_step=whole.control_step,
-        )
-        errors = error_model(reference, **self.result.calibration.error_options)
+        # With the error that it has beside the others, by its share.
+        alone = both.of_one(name, measurement_errors(both.whole)[place])
+        errors = error_model(alone, **self.result.calibration.error_options)
         added = emulator.added(self.result.filter.scatters[number])[rows, rows]
-        likelihood = ReducedLikelihood.of(reference, errors, emulator.centre[rows], emulator.basis[rows], added)
+        likelihood = ReducedLikelihood.of(alone.kept, errors, emulator.centre[rows], emulator.basis[rows], added)
         space = self.result.space
         found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0), near=self.emulation.explored.proposal)
         return Posterior(space.names, found.theta, found.weights).std() / self._prior

@@ -29,15 +29,16 @@ def draw_bands(emulated: Emulated) -> Figure:
     panels = []
     for number, experiment in enumerate(result.experiments):
         axis, x = control_axis(experiment)
+        scale = quantity(experiment.reference.control_name).scale
         runs = [run for id in answer.samples if isinstance(run := result.response(int(id), number), Response)]
         bands = emulated.bands[number]
         for place, (name, observed) in enumerate(experiment.reference.observables.items()):
             shown = quantity(name)
             marks: list[Mark] = [
-                Band(x, *(shown.scale * bands.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
-                Band(x, *(shown.scale * bands.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
+                Band(scale * bands.control, *(shown.scale * bands.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
+                Band(scale * bands.control, *(shown.scale * bands.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
             ]
-            marks += [Line(x, run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
+            marks += [Line(scale * run.control, run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
             marks.append(Points(x, observed * shown.scale, REFERENCE, "reference"))
             panels.append(Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), tuple(marks)))
     caption = (

@@ -65,13 +65,14 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
     experiment = prediction.experiment
     predicted, calibrated = (numbers.pressure(pressure) for pressure in (prediction.test.confining_pressure, experiment.model.confining_pressure))
     axis, x = control_axis(experiment)
+    scale = quantity(experiment.reference.control_name).scale
     panels = []
     for name in experiment.reference.names:
         shown = quantity(name)
         marks = (
-            Line(x, prediction.calibrated.values[name] * shown.scale, replace(BEST, dash="dash"), f"calibrated at {calibrated}"),
+            Line(scale * prediction.calibrated.control, prediction.calibrated.values[name] * shown.scale, replace(BEST, dash="dash"), f"calibrated at {calibrated}"),
             Points(x, experiment.reference.observables[name] * shown.scale, REFERENCE, f"reference at {calibrated}"),
-            Line(x, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
+            Line(scale * prediction.response.control, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
         )
         panels.append(Panel(shown.title, axis, Axis(shown.axis), marks))
     caption = (

@@ -58,7 +58,7 @@ def _panels(result: Result, number: int) -> list[Panel]:
     experiment = result.experiments[number]
     errors = errors_of(result, answer_of(result))[number]
     axis, x = control_axis(experiment)
-    curves = _weighted_and_candidates(result, number, x)
+    curves = _weighted_and_candidates(result, number)
     panels = []
     for name, observed in experiment.reference.observables.items():
         shown = quantity(name)
@@ -67,13 +67,14 @@ def _panels(result: Result, number: int) -> list[Panel]:
     return panels
 
 
-def _weighted_and_candidates(result: Result, number: int, x: Array) -> dict[str, list[Mark]]:
+def _weighted_and_candidates(result: Result, number: int) -> dict[str, list[Mark]]:
     """By observable: the band and the mean of the weighted responses, the best and the most probable one."""
-    names = result.experiments[number].reference.names
+    reference = result.experiments[number].reference
+    names, scale = reference.names, quantity(reference.control_name).scale
     best, most_probable = result.best, result.most_probable
     marks: dict[str, list[Mark]] = {name: [] for name in names}
     if most_probable:
-        weighted = result.responses(most_probable.iteration, number)
+        weighted, x = result.responses(most_probable.iteration, number), scale * result.states(number)
         for name in names:
             low, high = result.posterior.interval(PROBABILITY, of=weighted[name]) * quantity(name).scale
             marks[name].append(Band(x, low, high, BAND, MOST))
@@ -85,14 +86,15 @@ def _weighted_and_candidates(result: Result, number: int, x: Array) -> dict[str,
         if candidate:
             response = result.response(candidate.sample, number)
             for name in names:
-                marks[name].append(Line(x, response.values[name] * quantity(name).scale, style, words))
+                marks[name].append(Line(scale * response.control, response.values[name] * quantity(name).scale, style, words))
     return marks
 
 
 def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:
     mean = result.mean_response(result.answer, experiment.name) if result.answer else None
-    values = (mean or result.response(result.best.sample, experiment.name)).values
-    axis, x = control_axis(experiment)
+    response = mean or result.response(result.best.sample, experiment.name)
+    values, (axis, _) = response.values, control_axis(experiment)
+    x = response.control * quantity(experiment.reference.control_name).scale
     panels = []
     if "coordination_number" in values:
         shown = quantity("coordination_number")

@@ -77,11 +77,11 @@ def stopped_sentence(result: Result) -> str:
     """How many runs were stopped early, how far they had come, and what they hold of the posterior, in a sentence; empty where none was."""
     if not result.stopped.any():
         return ""
-    came_to = []
+    came_to, whole = [], [len(result.states(experiment.name)) for experiment in result.experiments]
     for id in result.ids[result.stopped]:
         outcomes = [result.response(int(id), experiment.name) for experiment in result.experiments]
         states = sum(len(outcome.control) for outcome in outcomes if isinstance(outcome, Response))
-        came_to.append(states / sum(len(experiment.reference.control) for experiment in result.experiments))
+        came_to.append(states / sum(whole))
     dropped = result.learnt[-1].dropped
     part = "less than 0.001 %" if dropped < 1e-5 else f"at most {100 * dropped:.1g} %"
     held = f"; together they hold {part} of the posterior's probability" if np.isfinite(dropped) else ""

@@ -13,7 +13,6 @@ from graincal.campaign.calibration import CRITERIA
 from graincal.campaign.errors import describe_errors
 from graincal.inference import PosteriorFilter
 from graincal.models import StressPathTest
-from graincal.models.stress_path import PRECISIONS
 from graincal.report import numbers
 from graincal.report.emulated import Emulated
 from graincal.report.findings import PROBABILITY, Finding, signed
@@ -211,9 +210,8 @@ def _model(experiment: Experiment) -> str:
         at = f" at {numbers.pressure(model.confining_pressure)}" if model.confining_pressure is not None else ""
         return (
             f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
-            f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.packing.void_ratio:.3f}, density scaling {model.density_scaling:g}"
+            f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.packing.void_ratio:.3f}, {model.density_in_words}"
             + ("" if model.law == "linear" else f", contact law {model.law}")
-            + ("" if model.precision == PRECISIONS[0] else f", precision {model.precision}")
             + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
         )
@@ -226,7 +224,7 @@ def _observables(experiment: Experiment) -> str:
     shares = ", ".join(f"{quantity(name).label} {share:g}" for name, share in reference.variance_shares.items())
     control = quantity(reference.control_name)
     span = numbers.between(reference.control[0] * control.scale, reference.control[-1] * control.scale)
-    return f"{shares}; {numbers.count(len(reference.control), 'state')}, {control.label} {span} {control.unit}".strip()
+    return f"{shares}; {numbers.count(len(reference.control), 'row')}, {control.label} {span} {control.unit}".strip()
 
 
 def _listed(values: dict[str, str]) -> str:

@@ -1,0 +1,54 @@
+"""The states at which a test comes to rest. They are the test's own: a laboratory's rows are met by interpolation between them, so that one run serves all.
+
+A test that is driven by strain rests at 0, at FIRST_STRAINS, where the response turns fastest, and then at all multiples of `rest_every`. One that is
+driven by stress rests at its confining pressure times 10^(k / STATES_PER_DECADE). Where a path turns around it rests too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.interpolation import SLACK
+
+FIRST_STRAINS = (0.0005, 0.001, 0.002, 0.003)
+"""As fractions; those below `rest_every`."""
+
+REST_EVERY = 0.004
+"""The strain from one rest to the next, as in Hartmann, Cheng, Thornton (2022)."""
+
+STATES_PER_DECADE = 8
+
+
+def strains_at_rest(at: NDArray[np.float64], every: float) -> NDArray[np.float64]:
+    """The strains (S,) at which a test rests that goes from 0 through all of `at` (T,), each between -1 and 1."""
+    first = [strain for strain in FIRST_STRAINS if strain < every * (1 - SLACK)]
+    sizes = np.append(first, every * np.arange(1, 2 + np.ceil(np.abs(at).max() / every)))
+    return _route(at, 0.0, np.concatenate([-sizes[::-1], [0.0], sizes]))
+
+
+def stresses_at_rest(at: NDArray[np.float64], confining_pressure: float) -> NDArray[np.float64]:
+    """The stresses (S,) at which a test rests that goes from its confining pressure through all of `at` (T,), in the unit of both."""
+    decades = np.log10(np.array([at.min(), at.max()]) / confining_pressure)
+    low, high = int(np.floor(min(decades[0], 0) * STATES_PER_DECADE)) - 1, int(np.ceil(max(decades[1], 0) * STATES_PER_DECADE)) + 1
+    return _route(at, confining_pressure, confining_pressure * 10.0 ** (np.arange(low, high + 1) / STATES_PER_DECADE))
+
+
+def _route(at: NDArray[np.float64], start: float, grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    """From the start through all of `at`, by the values of an increasing grid: each leg to where the path turns around, the last one to the first value of the
+    grid that is not before its end, whatever rows lie on it."""
+    slack = SLACK * np.abs(grid).max()
+    ways = np.sign(np.diff(at, prepend=start))
+    moving = np.flatnonzero(ways)
+    turns = moving[1:][np.diff(ways[moving]) != 0] - 1
+    states = [start]
+    for row in (*turns, len(at) - 1):
+        end, here = at[row], states[-1]
+        between = grid[(grid > here + slack) & (grid < end - slack)] if end > here else grid[(grid < here - slack) & (grid > end + slack)][::-1]
+        states += between.tolist()
+        if abs(end - states[-1]) <= slack:
+            continue
+        on_grid = grid[np.argmin(np.abs(grid - end))]
+        beyond = grid[grid >= end - slack][0] if end > here else grid[grid <= end + slack][-1]
+        states.append(float(beyond if row == len(at) - 1 else on_grid if abs(on_grid - end) <= slack else end))
+    return np.array(states)
