@@ -61,9 +61,15 @@ def test_what_is_written_is_read_with_every_digit(tmp_path):
         FILE + "\n\n",
         FILE.replace("x,y,z,radius", " x, y, z, radius"),
         FILE.replace("1.0,1.0,4.0,0.5", " 1.0, 1.0, 4.0, 5e-1"),
+        FILE.replace("8.0 8.0 9.0", "8 8 9; seed 3\n# 500 grains\n"),
+        FILE.replace("two spheres", "two spheres, in a cell: a brick; pressure and cell"),
+        FILE + "# 1.0,1.0,5.0,0.5\n",
     ],
-    ids=["plain", "Windows line ends", "byte order mark", "two comments", "blank lines", "spaced header", "spaced numbers"],
-)
+    ids=[
+        "plain", "Windows line ends", "byte order mark", "two comments", "blank lines", "spaced header", "spaced numbers", "more said", "cells in other words",
+        "particle in a comment",
+    ],
+)  # fmt: skip
 def test_a_file_is_read_as_it_comes(tmp_path, content):
     (tmp_path / "packing.csv").write_text(content, newline="", encoding="utf-8")
     packing = Packing.read(tmp_path / "packing.csv")
@@ -102,6 +108,23 @@ def test_a_file_that_holds_no_packing_is_refused(tmp_path, found, put, expected)
     assert expected in refusal_of(tmp_path, FILE.replace(found, put))
 
 
+@pytest.mark.parametrize(
+    ("cell", "name", "count"),
+    [
+        ("cell lengths: 8 0 0 0 8 0 0 0 9", "cell lengths", 9),
+        ("cell lengths: 8 1 0\n# 0 8 0\n# 0 0 9", "cell lengths", 9),
+        ("cell lengths: 8 8 9 0 0.1 0", "cell lengths", 6),
+        ("cell lengths: 8 8 9; cell: [[8, 1, 0], [0, 8, 0], [0, 0, 9]]", "cell", 9),
+        ("cell vectors (m): 8 1 0 0 8 0 0 0 9\n# cell lengths: 8 8 9", "cell vectors (m)", 9),
+    ],
+    ids=["matrix in a line", "matrix in three lines", "tilts", "lengths and a matrix", "vectors and lengths"],
+)
+def test_a_cell_that_is_more_than_three_lengths_is_refused(tmp_path, cell, name, count):
+    # A cell that leans, read as one that does not, would be another packing.
+    message = refusal_of(tmp_path, FILE.replace("cell lengths: 8.0 8.0 9.0", cell))
+    assert message == f"the comment '{name}:' gives {count} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected."
+
+
 def test_an_empty_file_is_refused(tmp_path):
     assert "'cell lengths: Lx Ly Lz' in metres is needed" in refusal_of(tmp_path, "")
 
@@ -119,17 +142,11 @@ def test_a_particle_given_twice_is_refused(tmp_path):
     assert "particles 1 and 2 overlap" in refusal_of(tmp_path, FILE.replace("1.0,1.0,4.0,0.5", "1.0,1.0,1.0,1.0"))
 
 
-def test_a_cell_that_the_file_cannot_hold_is_not_written(tmp_path):
-    sheared = Packing(APART, np.ones(2), CUBE + np.array([[0, 0.1, 0], [0, 0, 0], [0, 0, 0]]))
-    assert "only a cell with edges along the axes can be written" in refusal(lambda: sheared.write(tmp_path / "packing.csv"))
-    assert not (tmp_path / "packing.csv").exists()
-
-
 # Positions
 
 
-@pytest.mark.parametrize("edges", [CUBE, CUBE @ np.array([[1, 0.2, 0], [0, 1, -0.1], [0.3, 0, 1]])], ids=["brick", "sheared"])
-def test_centres_outside_the_cell_are_wrapped(edges):
+def test_centres_outside_the_cell_are_wrapped():
+    edges = np.diag([8.0, 9.0, 10.0])
     inside = (edges @ np.array([[0.1, 0.2, 0.3], [0.6, 0.7, 0.8]]).T).T
     shifted = inside + np.array([[1, -2, 0], [0, 0, 3]]) @ edges.T
     packing = Packing(shifted, np.ones(2), edges)
@@ -175,6 +192,17 @@ def test_the_worst_of_many_overlaps_is_named():
 )
 def test_arrays_of_other_shapes_are_refused(positions, radii):
     assert "positions must be (N, 3) and radii (N,) for at least two particles" in refusal(lambda: Packing(positions, radii, CUBE))
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [CUBE + 0.1 * np.eye(3, k=1), CUBE[[1, 2, 0]], CUBE @ np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]]), np.diag([-8.0, -8.0, 8.0]), np.diag([8.0, 8.0])],
+    ids=["sheared", "axes exchanged", "turned", "negative", "flat"],
+)
+def test_a_cell_whose_edges_are_not_along_the_axes_is_refused(edges):
+    # Stress paths drive x, y and z.
+    expected = "packing: the cell's edges must lie along x, y and z, and a diagonal matrix of three positive lengths was expected."
+    assert refusal(lambda: Packing(APART, np.ones(2), edges)) == expected
 
 
 def test_a_packing_does_not_change_with_the_arrays_it_was_made_from():
