@@ -93,6 +93,11 @@ def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path):
         ("8.0 8.0 9.0", "8.0 0.0 9.0", "the cell lengths must be positive, not 8.0 0.0 9.0"),
         ("8.0 8.0 9.0", "8.0 inf 9.0", "must be finite numbers"),
         ("8.0 8.0 9.0", "8.0 4.9 9.0", "the cell is only 4.9 m wide, and must be at least 2.5 times the largest diameter of 2 m"),
+        ("8.0 8.0 9.0", "1e103 1e103 1e103", "cell length 1 is 1e+103 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("8.0 8.0 9.0", "8.0 8.0 1e308", "cell length 3 is 1e+308 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("8.0 8.0 9.0", "8.0 1e-110 9.0", "cell length 2 is 1e-110 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("1.0,1.0,4.0,0.5", "1.0,1.0,4.0,1e200", "the radius of particle 2 is 1e+200 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("1.0,1.0,4.0,0.5", "1.0,1.0,4.0,1e-200", "the radius of particle 2 is 1e-200 m, and a length from 1e-9 to 1e9 m was expected"),
         ("x,y,z,radius\n", "", "the header must be 'x,y,z,radius'"),
         ("x,y,z,radius", "x,y,z,r", "the header must be 'x,y,z,radius'"),
         ("1.0,1.0,4.0,0.5", "1.0,1.0,4.0", "line 4 must hold four numbers x,y,z,radius"),
@@ -123,6 +128,14 @@ def test_a_cell_that_is_more_than_three_lengths_is_refused(tmp_path, cell, name,
     # A cell that leans, read as one that does not, would be another packing.
     message = refusal_of(tmp_path, FILE.replace("cell lengths: 8.0 8.0 9.0", cell))
     assert message == f"the comment '{name}:' gives {count} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected."
+
+
+@pytest.mark.parametrize("far", [1e308, -1.7e308, 1e290, 1e10], ids=str)
+def test_a_centre_too_far_away_to_be_wrapped_is_refused_by_its_number(tmp_path, far):
+    # In a cell of centimetres 1e308 overflows as a share of the cell, 1e290 has no digits that say where in it.
+    file = f"# cell lengths: 0.0369 0.0374 0.0723\nx,y,z,radius\n0.01,0.01,0.01,0.003\n0.01,{far},0.03,0.003\n0.02,0.02,0.05,0.003\n"
+    expected = f"the centre of particle 2 at 0.01, {far:.3g}, 0.03 m is more than a million cells away, and coordinates in metres in or near the cell were expected."
+    assert refusal_of(tmp_path, file) == expected
 
 
 def test_an_empty_file_is_refused(tmp_path):

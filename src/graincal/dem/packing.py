@@ -16,6 +16,12 @@ from graincal.files import unreadable
 LARGEST_OVERLAP = 0.01
 """Overlaps above this share of the smaller radius are no packing at rest, but a mistake in the file."""
 
+SHORTEST, LONGEST = 1e-9, 1e9
+"""Metres. Other radii and cell lengths are a mistake too. Volumes, and all else that is computed from these, stay within what numbers hold."""
+
+FURTHEST = 1e6
+"""Cells. A centre further away is a mistake too: wrapped, it would have lost digits that tell whom it touches."""
+
 # What a comment says of the cell, and the numbers that follow; a matrix may stand in brackets, or go on in comments of nothing but numbers.
 _NUMBER = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|inf|nan)(?=[\s,;\[\]()]|$)"
 _NUMBERS = rf"(?:[ \t,\[\]()]*{_NUMBER})"
@@ -62,11 +68,22 @@ class Packing:
         if edges.shape != (3, 3) or np.any(edges != np.diag(np.diag(edges))) or not np.all(np.diag(edges) > 0):
             raise InputError(f"{self.name}: the cell's edges must lie along x, y and z, and a diagonal matrix of three positive lengths was expected.")
         lengths = np.diag(edges)
+        for what, given in {"the radius of particle": radii, "cell length": lengths}.items():
+            possible = (SHORTEST <= given) & (given <= LONGEST)
+            if not np.all(possible):
+                wrong = int(np.argmin(possible))
+                raise InputError(f"{self.name}: {what} {wrong + 1} is {given[wrong]:.3g} m, and a length from 1e-9 to 1e9 m was expected.")
         if lengths.min() < 5 * radii.max():
             raise InputError(f"{self.name}: the cell is only {lengths.min():.3g} m wide, and must be at least 2.5 times the largest diameter of {2 * radii.max():.3g} m.")
 
     def _wrapped(self, positions: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
-        fractional = np.linalg.solve(edges, positions.T).T
+        with np.errstate(over="ignore", invalid="ignore"):
+            fractional = np.linalg.solve(edges, positions.T).T
+        near = np.all(np.abs(fractional) < FURTHEST, axis=1)
+        if not np.all(near):
+            wrong = int(np.argmin(near))
+            centre = ", ".join(f"{coordinate:.3g}" for coordinate in positions[wrong])
+            raise InputError(f"{self.name}: the centre of particle {wrong + 1} at {centre} m is more than a million cells away, and coordinates in metres in or near the cell were expected.")
         outside = np.any((fractional < 0) | (fractional >= 1), axis=1)
         return np.where(outside[:, None], (fractional - np.floor(fractional)) @ edges.T, positions)
 
