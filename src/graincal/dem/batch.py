@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal import _native
+from graincal.data import InputError
 from graincal.dem.packing import Packing
 
 _PATIENCE = 0.2
@@ -47,19 +48,12 @@ def run_batch(
 
     The longest expected run starts first. Closing the iterator, or an exception in its consumer, stops the simulations under way; and so does `stopped`,
     which is asked several times a second, from any other thread: then there are no more runs. watch(index, columns) is shown the states of a run so far
-    each time that there is one more, from several threads, and stops that run by returning True; what it raises is raised here.
+    each time that there is one more, from several threads, and stops that run by returning True; what it raises is raised here. Raises InputError where the
+    system does not give as many threads.
     """
-    raised: list[BaseException] = []
 
     def watch_of(rows: Sequence[int]) -> Callable[[int, Mapping[str, NDArray[np.float64]]], bool] | None:
-        def watched(task: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:
-            try:
-                return bool(watch(rows[task], columns))
-            except BaseException as error:
-                raised.append(error)
-                return True
-
-        return watched if watch else None
+        return (lambda task, columns: watch(rows[task], columns)) if watch else None
 
     packings = [packing] * len(laws) if isinstance(packing, Packing) else packing
     rows_of: dict[int, list[int]] = {}
@@ -72,9 +66,12 @@ def run_batch(
         held = _native.Packing(of.positions, of.radii, of.edges)
         order = sorted(range(len(rows)), key=lambda index: -expected_steps[rows[index]])
         share = max(1, min(round(threads * len(rows) / len(laws)), len(rows)))
-        batch = _native.Batch(
-            held, [laws[row] for row in rows], density, list(stages), order, share, step_limit, precision=precision, economy=economy, watch=watch_of(rows)
-        )
+        try:
+            batch = _native.Batch(
+                held, [laws[row] for row in rows], density, list(stages), order, share, step_limit, precision=precision, economy=economy, watch=watch_of(rows)
+            )
+        except RuntimeError as error:
+            raise InputError(f"workers: {error}, and a number that the system has room for was expected.") from None
         batches.append((batch, rows))
     left = {number: len(rows) for number, (_, rows) in enumerate(batches)}
     try:
@@ -82,9 +79,6 @@ def run_batch(
             for number in list(left):
                 batch, rows = batches[number]
                 outcome = batch.next(_PATIENCE / len(left))
-                if raised:
-                    # Not left in the list, or the batch would hold, by who watches it, the traceback that holds the batch.
-                    raise raised.pop()
                 if outcome is None:
                     continue
                 left[number] -= 1
