@@ -223,7 +223,7 @@ def test_a_particle_that_is_nowhere_ends_a_simulation(where, precision):
     never = [_native.Stage([_native.AxisGoal(stress=False, target=0.1, largest_rate=0.0)] * 3)]
     held = _native.Packing(positions, radii, edges)
     for name in _native.instruction_sets:
-        assert _native.Batch(held, [grains], 1.0, never, [0], 1, 1000, name, precision).next(60.0)["status"] == "diverged"
+        assert _native.Batch([held], [grains], 1.0, never, [0], 1, 1000, name, precision).next(60.0)["status"] == "diverged"
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e110], ids=str)

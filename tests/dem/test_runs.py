@@ -104,7 +104,7 @@ def test_runs_are_bitwise_the_same_with_every_instruction_set_of_this_machine(pa
     grains = law(modulus=1e9, friction=0.4, rolling_strength=0.3, kind=kind)
     outcomes = []
     for name in _native.instruction_sets:
-        batch = _native.Batch(held, [grains], 2.65e6, drained_triaxial(1e5, STRAINS), [0], 1, LONGEST, name, precision)
+        batch = _native.Batch([held], [grains], 2.65e6, drained_triaxial(1e5, STRAINS), [0], 1, LONGEST, name, precision)
         outcomes.append(batch.next(600.0))
     for outcome in outcomes:
         assert outcome["status"] == "finished" and outcome["steps"] == outcomes[0]["steps"]
@@ -145,7 +145,7 @@ def test_curves_are_recorded_at_the_strains_asked_for(curves):
 def test_a_run_that_is_timed_pass_by_pass_takes_the_steps_of_one_that_is_not(packing, precision):
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
     grains, stages = law(modulus=1e9, friction=0.4, rolling_strength=0.3), drained_triaxial(1e5, STRAINS)
-    batch = _native.Batch(held, [grains], 2.65e6, stages, [0], 1, LONGEST, precision=precision)
+    batch = _native.Batch([held], [grains], 2.65e6, stages, [0], 1, LONGEST, precision=precision)
     timed = _native.time_passes(held, grains, 2.65e6, stages, precision=precision)
     assert timed["steps"] == batch.next(600.0)["steps"]
     assert all(seconds > 0 for seconds in timed["seconds"].values())
@@ -165,7 +165,7 @@ def test_a_batch_takes_the_steps_that_a_simulation_by_hand_takes(packing, goal, 
     goals = [_native.AxisGoal(*goal)] * 3
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
     grains = law(modulus=1e9, friction=0.4, rolling_strength=0.3)
-    batch = _native.Batch(held, [grains], density, [_native.Stage(goals, record=True)], [0], 1, LONGEST, precision=precision)
+    batch = _native.Batch([held], [grains], density, [_native.Stage(goals, record=True)], [0], 1, LONGEST, precision=precision)
     outcome = batch.next(600.0)
     recorded = {name: column[0] for name, column in outcome["columns"].items()}
 
@@ -282,7 +282,7 @@ def endless(tasks, threads):
     """Arguments of a batch of simulations that are driven to a strain at a rate of nothing."""
     held = _native.Packing(APART.positions, APART.radii, APART.edges)
     never = [_native.Stage([_native.AxisGoal(stress=False, target=0.1, largest_rate=0.0)] * 3)]
-    return held, [law()] * tasks, 1.0, never, list(range(tasks)), threads, 10**15
+    return [held], [law()] * tasks, 1.0, never, list(range(tasks)), threads, 10**15
 
 
 def test_a_batch_can_be_stopped():
@@ -295,8 +295,8 @@ def test_a_batch_can_be_stopped():
 
 
 def test_a_batch_whose_task_cannot_be_made_says_so_to_who_waits():
-    packing, laws, density, stages, _, threads, limit = endless(3, threads=2)
-    batch = _native.Batch(packing, laws, density, stages, [0, 3, 1, 2], threads, limit)  # there is no fourth law
+    packings, laws, density, stages, _, threads, limit = endless(3, threads=2)
+    batch = _native.Batch(packings, laws, density, stages, [0, 3, 1, 2], threads, limit)  # there is no fourth law
     with pytest.raises(IndexError):
         batch.next(60.0)
     # The others are ended, and come as they would otherwise.
@@ -317,14 +317,14 @@ never = [_native.Stage([_native.AxisGoal(stress=False, target=0.1, largest_rate=
 taken = int(next(line for line in open("/proc/self/status") if line.startswith("VmSize")).split()[1]) * 1024
 resource.setrlimit(resource.RLIMIT_AS, (taken + 300_000_000, resource.RLIM_INFINITY))
 try:
-    _native.Batch(held, laws, 1.0, never, list(range(8)), 8, 10**15)
+    _native.Batch([held], laws, 1.0, never, list(range(8)), 8, 10**15)
 except RuntimeError as error:
     print(error)
 try:
     next(run_batch(apart, laws, never, density=1.0, expected_steps=range(8), threads=8, step_limit=10**15))
 except ValueError as error:
     print(error)
-batch = _native.Batch(held, laws, 1.0, never, list(range(8)), 2, 10**15)
+batch = _native.Batch([held], laws, 1.0, never, list(range(8)), 2, 10**15)
 batch.cancel()
 print(batch.next(60.0)["status"])
 """
@@ -381,7 +381,7 @@ def test_what_is_no_answer_to_whether_a_run_stops_is_raised_by_the_batch(packing
     # A row of truths is neither true nor false.
     stages = drained_triaxial(1e5, STRAINS)
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
-    batch = _native.Batch(held, [law(modulus=1e9)] * 2, 2.65e6, stages, [0, 1], 1, LONGEST, watch=lambda task, columns: looked_at())
+    batch = _native.Batch([held], [law(modulus=1e9)] * 2, 2.65e6, stages, [0, 1], 1, LONGEST, watch=lambda task, columns: looked_at())
     with pytest.raises(error):
         batch.next(60.0)
     # The run that was looked at has no outcome, and the other never began.
