@@ -5,11 +5,17 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "graincal/engines.hpp"
@@ -36,18 +42,25 @@ struct Outcome {
 
 class Batch {
   public:
-    // Looks at a task's records each time that there is one more, on the thread that runs it: true to stop the run. It throws nothing but std::bad_alloc.
+    // Looks at a task's records each time that there is one more, on the thread that runs it: true to stop the run.
     using Watch = std::function<bool(Index task, std::span<const Record> records)>;
 
     // `make(i)` builds the i-th task, of any engine, on the thread that will run it, so that only simulations under way take memory.
-    // `order` lists the tasks in the order in which they start.
+    // `order` lists the tasks in the order in which they start. Throws std::runtime_error where not all of the threads can be started.
     template <class Make>
     Batch(Make make, std::vector<Index> order, unsigned threads, const Target& target, Watch watch = {})
         : order_(std::move(order)), target_(target), watch_(std::move(watch)) {
-        for (unsigned t = 0; t < threads; ++t)
-            threads_.emplace_back([this, make] {
-                for (std::size_t k; (k = next_++) < order_.size();) deliver(outcome_of(order_[k], make));
-            });
+        const auto shared = std::make_shared<const Make>(std::move(make));
+        try {
+            while (threads_.size() < threads) threads_.emplace_back([this, shared] { work(*shared); });
+        } catch (const std::system_error& error) {
+            const std::string started = std::to_string(threads_.size());
+            finish();
+            throw std::runtime_error("only " + started + " of " + std::to_string(threads) + " threads could be started (" + error.code().message() + ")");
+        } catch (...) {
+            finish();
+            throw;
+        }
     }
     ~Batch() { finish(); }
 
@@ -58,10 +71,13 @@ class Batch {
         threads_.clear();
     }
 
-    // The next outcome in order of completion; nothing if none comes within the time.
+    // The next outcome in order of completion; nothing if none comes within the time. A task that throws has none: the first exception is thrown here
+    // instead, and the other tasks are cancelled. Want of memory for a simulation is an outcome.
     std::optional<Outcome> next(std::chrono::duration<double> patience) {
         std::unique_lock lock(mutex_);
-        if (!arrived_.wait_for(lock, patience, [&] { return !done_.empty(); })) return std::nullopt;
+        arrived_.wait_for(lock, patience, [&] { return thrown_ || !done_.empty(); });
+        if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+        if (done_.empty()) return std::nullopt;
         Outcome outcome = std::move(done_.front());
         done_.pop_front();
         return outcome;
@@ -71,7 +87,17 @@ class Batch {
   private:
     static constexpr long long steps_between_looks = 50;
 
-    template <class Make> Outcome outcome_of(Index index, Make& make) {
+    template <class Make> void work(const Make& make) noexcept {
+        for (std::size_t k; (k = next_++) < order_.size();) {
+            try {
+                deliver(outcome_of(order_[k], make));
+            } catch (...) {
+                fail(std::current_exception());
+            }
+        }
+    }
+
+    template <class Make> Outcome outcome_of(Index index, const Make& make) {
         if (cancelled_) return {index, Status::cancelled, false, {}, 0, 0};
         try {
             return run(index, make(index));
@@ -115,6 +141,15 @@ class Batch {
         arrived_.notify_one();
     }
 
+    void fail(std::exception_ptr error) {
+        cancel();
+        {
+            std::lock_guard lock(mutex_);
+            if (!thrown_) thrown_ = std::move(error);
+        }
+        arrived_.notify_one();
+    }
+
     std::vector<Index> order_;
     const Target& target_;
     Watch watch_;
@@ -123,6 +158,7 @@ class Batch {
     std::mutex mutex_;
     std::condition_variable arrived_;
     std::deque<Outcome> done_;
+    std::exception_ptr thrown_;
     std::vector<std::thread> threads_;
 };
 

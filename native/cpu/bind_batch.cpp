@@ -47,17 +47,15 @@ class InterpretedBatch : public Batch {
     }
 };
 
-// Calls watch(task, columns), which must not raise.
+// Calls watch(task, columns). What it raises goes to whoever asks for the next outcome.
 Batch::Watch as_watch(const nb::object& watch) {
     if (watch.is_none()) return {};
     // A thread must not count references without the interpreter, so that it holds none.
     return [handle = nb::handle(watch)](Index task, std::span<const Record> records) {
         nb::gil_scoped_acquire acquire;
-        try {
-            return nb::cast<bool>(handle(task, columns_of(records)));
-        } catch (const nb::python_error&) {
-            throw std::bad_alloc();  // all that is left, where what is called does not raise
-        }
+        const int stops = PyObject_IsTrue(nb::object(handle(task, columns_of(records))).ptr());
+        if (stops < 0) throw nb::python_error();
+        return stops != 0;
     };
 }
 
@@ -82,24 +80,27 @@ template <class Engine> void bind_start(nb::class_<InterpretedBatch>& batch) {
     using Real = typename Engine::Real;
     using Law = typename Engine::Law;
     batch.def("__init__",
-             [](InterpretedBatch* self, const HeldPacking& packing, const std::vector<typename Engine::GivenLaw>& laws, double density, const std::vector<Stage>& stages,
-                const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set, const std::string& precision,
-                const Economy& economy, const nb::object& watch) {
+             [](InterpretedBatch* self, const std::vector<HeldPacking>& packings, const std::vector<typename Engine::GivenLaw>& laws, double density,
+                const std::vector<Stage>& stages, const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set,
+                const std::string& precision, const Economy& economy, const nb::object& watch, const std::vector<Index>& packing_of) {
                  expect_precision<Engine>(precision);
-                 auto held = std::make_shared<const HeldPacking>(packing);
-                 const auto make = [held, laws, density, stages, step_limit, economy](Index k) {
-                     return Task<Engine>{OwnedSimulation<Real, Law>(*held, laws[k].template in_precision<Real>(), density, economy), stages, economy.rest(), step_limit};
+                 auto make = [packings, packing_of, laws, density, stages, step_limit, economy](Index k) {
+                     const HeldPacking& packing = packings.at(packing_of.empty() ? 0 : packing_of.at(k));
+                     return Task<Engine>{OwnedSimulation<Real, Law>(packing, laws.at(k).template in_precision<Real>(), density, economy), stages, economy.rest(), step_limit};
                  };
-                 new (self) InterpretedBatch(make, order, threads, target_named(instruction_set), as_watch(watch));
+                 const Target& target = target_named(instruction_set);
+                 nb::gil_scoped_release release;  // threads that are given up again may wait for it
+                 new (self) InterpretedBatch(std::move(make), order, threads, target, as_watch(watch));
              },
-             "packing"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
-             "economy"_a = Economy{}, "watch"_a = nb::none(), nb::keep_alive<1, 12>());
+             "packings"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
+             "economy"_a = Economy{}, "watch"_a = nb::none(), "packing_of"_a = std::vector<Index>{}, nb::keep_alive<1, 12>(),
+             "packing_of: for each law the number of its packing; all have the first where none are given.");
 }
 
 }  // namespace
 
 void bind_batch(nb::module_& module) {
-    nb::class_<InterpretedBatch> batch(module, "Batch", "Simulations of one packing along one stress path, on a pool of threads.");
+    nb::class_<InterpretedBatch> batch(module, "Batch", "Simulations along one stress path, on a pool of threads.");
     batch.def("next", &next_outcome, "patience"_a, "The next outcome in order of completion, or None if none comes within `patience` seconds.")
         .def("cancel", [](InterpretedBatch& batch) { batch.cancel(); });
     CompiledEngines::each([&]<class Engine>(Engine) { bind_start<Engine>(batch); });

@@ -32,16 +32,18 @@ struct PackingView {
 };
 
 // The particles along a Morton curve through meshes about as wide as a grain: who touch are then near in memory too.
-// `fractional(i)` are the fractional coordinates of particle i.
+// `fractional(i)` are the fractional coordinates of particle i. Those that are not finite come in any place: the neighbour search ends such a simulation.
 template <class F> std::vector<Index> order_in_space(Index n, const Mat3<double>& edges, F fractional) {
+    constexpr Index bits = 20;  // of a place along an axis
     const double meshes_per_edge = std::cbrt(double(n) / determinant(edges));
     std::vector<std::pair<std::uint64_t, Index>> placed(n);
     for (Index i = 0; i < n; ++i) {
         const Vec3<double> s = fractional(i);
         std::uint64_t key = 0;
         for (Index axis = 0; axis < 3; ++axis) {
-            const auto mesh = static_cast<std::uint64_t>((s[axis] - std::floor(s[axis])) * meshes_per_edge * edges(axis, axis));
-            for (Index bit = 0; bit < 20; ++bit) key |= (mesh >> bit & 1) << (3 * bit + axis);
+            const double place = (s[axis] - std::floor(s[axis])) * meshes_per_edge * edges(axis, axis);
+            const auto mesh = static_cast<std::uint64_t>(place >= 0 && place < double(1 << bits) ? place : 0);
+            for (Index bit = 0; bit < bits; ++bit) key |= (mesh >> bit & 1) << (3 * bit + axis);
         }
         placed[i] = {key, i};
     }

@@ -9,7 +9,7 @@
 
 namespace graincal {
 
-enum class NeighbourStatus { ready, out_of_order, outer_full, near_full, cell_too_small };
+enum class NeighbourStatus { ready, out_of_order, outer_full, near_full, cell_too_small, out_of_place };
 
 template <class Real> struct Neighbours {
     using Terms = PairTerms<Load<Real>>;
@@ -138,6 +138,13 @@ inline Coordinate wrapped(Coordinate s) {
     return s < whole ? s - whole + 1 : s - whole;
 }
 
+// Whether every particle has a place on a grid over a cell of these widths: all coordinates are finite.
+template <class Team, class Real> bool are_in_place(const Team& team, const Particles<Real>& particles, const Vec3<Coordinate>& widths) {
+    if (!is_finite(widths.x + widths.y + widths.z)) return false;
+    const Vec3Array<Coordinate> fractional = particles.fractional;
+    return team.largest(particles.count, [=](Index i) { return is_finite(fractional.x[i] + fractional.y[i] + fractional.z[i]) ? 0.0 : 1.0; }) == 0;
+}
+
 // Finds all pairs closer than the outer gap.
 template <class Team, class Real>
 NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
@@ -146,6 +153,8 @@ NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Pa
     // Below two reaches a pair could touch through two images at once.
     const Coordinate fitting = 0.5 * minimum(widths.x, minimum(widths.y, widths.z)) - 2 * list.largest_radius;
     if (!(fitting > 2 * list.near_gap)) return NeighbourStatus::cell_too_small;
+    // Who is nowhere has no mesh, and must not be counted into one.
+    if (!are_in_place(team, particles, widths)) return NeighbourStatus::out_of_place;
     list.outer_gap = minimum(list.widest_outer_gap, 0.999 * fitting);
     const Coordinate reach = list.reach(list.outer_gap);
     const Grid grid(widths, reach, list.grid_capacity);

@@ -45,6 +45,7 @@ inline Status as_simulation_status(NeighbourStatus status) {
         case NeighbourStatus::outer_full: return Status::needs_more_outer_pairs;
         case NeighbourStatus::near_full: return Status::needs_more_near_pairs;
         case NeighbourStatus::cell_too_small: return Status::cell_too_small;
+        case NeighbourStatus::out_of_place: return Status::diverged;
         default: return Status::running;
     }
 }

@@ -208,3 +208,30 @@ def test_a_cell_too_small_for_two_images_apart_is_refused(precision):
         else:
             with pytest.raises(RuntimeError, match="cell has become too small"):
                 steps(simulation, 1)
+
+
+@pytest.mark.parametrize("where", [np.nan, np.inf, -np.inf, 1e308, -1e308], ids=str)
+def test_a_particle_that_is_nowhere_ends_a_simulation(where, precision):
+    # 1e308 m is no finite share of a cell of centimetres. Without neighbours, such a particle has no force that would give it away.
+    positions, edges = np.array([[1.0, 1, 1], [1, 1, 5], [1, 5, 1]]) / 300, np.eye(3) * 8 / 300
+    positions[1, 1] = where
+    radii, grains = np.full(3, 1 / 300), law()
+    simulation = _native.Simulation(positions, radii, edges, grains, 1.0, precision=precision)
+    for advance in (lambda: simulation.run(1, 0.2), lambda: steps(simulation, 1)):
+        with pytest.raises(RuntimeError, match="the simulation diverged"):
+            advance()
+    never = [_native.Stage([_native.AxisGoal(stress=False, target=0.1, largest_rate=0.0)] * 3)]
+    held = _native.Packing(positions, radii, edges)
+    for name in _native.instruction_sets:
+        assert _native.Batch([held], [grains], 1.0, never, [0], 1, 1000, name, precision).next(60.0)["status"] == "diverged"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e110], ids=str)
+@pytest.mark.parametrize("wrong", ["edges", "radii"])
+def test_a_cell_or_a_radius_that_is_no_length_ends_a_simulation(wrong, value, precision):
+    # The volume of a cell of 1e110 m is infinite, and its faces are then an infinity apart.
+    given = {"positions": np.array([[1.0, 1, 1], [1, 1, 5]]), "radii": np.ones(2), "edges": np.eye(3) * 8}
+    given[wrong] = np.where(given[wrong] > 0, value, 0.0)
+    simulation = _native.Simulation(*given.values(), law(), 1.0, precision=precision)
+    with pytest.raises(RuntimeError, match="the simulation diverged|too small for its largest particles"):
+        simulation.run(1, 0.2)

@@ -61,9 +61,15 @@ def test_what_is_written_is_read_with_every_digit(tmp_path):
         FILE + "\n\n",
         FILE.replace("x,y,z,radius", " x, y, z, radius"),
         FILE.replace("1.0,1.0,4.0,0.5", " 1.0, 1.0, 4.0, 5e-1"),
+        FILE.replace("8.0 8.0 9.0", "8 8 9; seed 3\n# 500 grains\n"),
+        FILE.replace("two spheres", "two spheres, in a cell: a brick; pressure and cell"),
+        FILE + "# 1.0,1.0,5.0,0.5\n",
     ],
-    ids=["plain", "Windows line ends", "byte order mark", "two comments", "blank lines", "spaced header", "spaced numbers"],
-)
+    ids=[
+        "plain", "Windows line ends", "byte order mark", "two comments", "blank lines", "spaced header", "spaced numbers", "more said", "cells in other words",
+        "particle in a comment",
+    ],
+)  # fmt: skip
 def test_a_file_is_read_as_it_comes(tmp_path, content):
     (tmp_path / "packing.csv").write_text(content, newline="", encoding="utf-8")
     packing = Packing.read(tmp_path / "packing.csv")
@@ -87,6 +93,11 @@ def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path):
         ("8.0 8.0 9.0", "8.0 0.0 9.0", "the cell lengths must be positive, not 8.0 0.0 9.0"),
         ("8.0 8.0 9.0", "8.0 inf 9.0", "must be finite numbers"),
         ("8.0 8.0 9.0", "8.0 4.9 9.0", "the cell is only 4.9 m wide, and must be at least 2.5 times the largest diameter of 2 m"),
+        ("8.0 8.0 9.0", "1e103 1e103 1e103", "cell length 1 is 1e+103 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("8.0 8.0 9.0", "8.0 8.0 1e308", "cell length 3 is 1e+308 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("8.0 8.0 9.0", "8.0 1e-110 9.0", "cell length 2 is 1e-110 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("1.0,1.0,4.0,0.5", "1.0,1.0,4.0,1e200", "the radius of particle 2 is 1e+200 m, and a length from 1e-9 to 1e9 m was expected"),
+        ("1.0,1.0,4.0,0.5", "1.0,1.0,4.0,1e-200", "the radius of particle 2 is 1e-200 m, and a length from 1e-9 to 1e9 m was expected"),
         ("x,y,z,radius\n", "", "the header must be 'x,y,z,radius'"),
         ("x,y,z,radius", "x,y,z,r", "the header must be 'x,y,z,radius'"),
         ("1.0,1.0,4.0,0.5", "1.0,1.0,4.0", "line 4 must hold four numbers x,y,z,radius"),
@@ -100,6 +111,31 @@ def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path):
 def test_a_file_that_holds_no_packing_is_refused(tmp_path, found, put, expected):
     assert found in FILE
     assert expected in refusal_of(tmp_path, FILE.replace(found, put))
+
+
+@pytest.mark.parametrize(
+    ("cell", "name", "count"),
+    [
+        ("cell lengths: 8 0 0 0 8 0 0 0 9", "cell lengths", 9),
+        ("cell lengths: 8 1 0\n# 0 8 0\n# 0 0 9", "cell lengths", 9),
+        ("cell lengths: 8 8 9 0 0.1 0", "cell lengths", 6),
+        ("cell lengths: 8 8 9; cell: [[8, 1, 0], [0, 8, 0], [0, 0, 9]]", "cell", 9),
+        ("cell vectors (m): 8 1 0 0 8 0 0 0 9\n# cell lengths: 8 8 9", "cell vectors (m)", 9),
+    ],
+    ids=["matrix in a line", "matrix in three lines", "tilts", "lengths and a matrix", "vectors and lengths"],
+)
+def test_a_cell_that_is_more_than_three_lengths_is_refused(tmp_path, cell, name, count):
+    # A cell that leans, read as one that does not, would be another packing.
+    message = refusal_of(tmp_path, FILE.replace("cell lengths: 8.0 8.0 9.0", cell))
+    assert message == f"the comment '{name}:' gives {count} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected."
+
+
+@pytest.mark.parametrize("far", [1e308, -1.7e308, 1e290, 1e10], ids=str)
+def test_a_centre_too_far_away_to_be_wrapped_is_refused_by_its_number(tmp_path, far):
+    # In a cell of centimetres 1e308 overflows as a share of the cell, 1e290 has no digits that say where in it.
+    file = f"# cell lengths: 0.0369 0.0374 0.0723\nx,y,z,radius\n0.01,0.01,0.01,0.003\n0.01,{far},0.03,0.003\n0.02,0.02,0.05,0.003\n"
+    expected = f"the centre of particle 2 at 0.01, {far:.3g}, 0.03 m is more than a million cells away, and coordinates in metres in or near the cell were expected."
+    assert refusal_of(tmp_path, file) == expected
 
 
 def test_an_empty_file_is_refused(tmp_path):
@@ -119,17 +155,11 @@ def test_a_particle_given_twice_is_refused(tmp_path):
     assert "particles 1 and 2 overlap" in refusal_of(tmp_path, FILE.replace("1.0,1.0,4.0,0.5", "1.0,1.0,1.0,1.0"))
 
 
-def test_a_cell_that_the_file_cannot_hold_is_not_written(tmp_path):
-    sheared = Packing(APART, np.ones(2), CUBE + np.array([[0, 0.1, 0], [0, 0, 0], [0, 0, 0]]))
-    assert "only a cell with edges along the axes can be written" in refusal(lambda: sheared.write(tmp_path / "packing.csv"))
-    assert not (tmp_path / "packing.csv").exists()
-
-
 # Positions
 
 
-@pytest.mark.parametrize("edges", [CUBE, CUBE @ np.array([[1, 0.2, 0], [0, 1, -0.1], [0.3, 0, 1]])], ids=["brick", "sheared"])
-def test_centres_outside_the_cell_are_wrapped(edges):
+def test_centres_outside_the_cell_are_wrapped():
+    edges = np.diag([8.0, 9.0, 10.0])
     inside = (edges @ np.array([[0.1, 0.2, 0.3], [0.6, 0.7, 0.8]]).T).T
     shifted = inside + np.array([[1, -2, 0], [0, 0, 3]]) @ edges.T
     packing = Packing(shifted, np.ones(2), edges)
@@ -175,6 +205,17 @@ def test_the_worst_of_many_overlaps_is_named():
 )
 def test_arrays_of_other_shapes_are_refused(positions, radii):
     assert "positions must be (N, 3) and radii (N,) for at least two particles" in refusal(lambda: Packing(positions, radii, CUBE))
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [CUBE + 0.1 * np.eye(3, k=1), CUBE[[1, 2, 0]], CUBE @ np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]]), np.diag([-8.0, -8.0, 8.0]), np.diag([8.0, 8.0])],
+    ids=["sheared", "axes exchanged", "turned", "negative", "flat"],
+)
+def test_a_cell_whose_edges_are_not_along_the_axes_is_refused(edges):
+    # Stress paths drive x, y and z.
+    expected = "packing: the cell's edges must lie along x, y and z, and a diagonal matrix of three positive lengths was expected."
+    assert refusal(lambda: Packing(APART, np.ones(2), edges)) == expected
 
 
 def test_a_packing_does_not_change_with_the_arrays_it_was_made_from():

@@ -1,5 +1,10 @@
 """Runs of the built-in test on the engine's threads: their results depend on nothing but themselves, and what goes wrong is an outcome with its reason."""
 
+import os
+import re
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -104,7 +109,7 @@ def test_runs_are_bitwise_the_same_with_every_instruction_set_of_this_machine(pa
     grains = law(modulus=1e9, friction=0.4, rolling_strength=0.3, kind=kind)
     outcomes = []
     for name in _native.instruction_sets:
-        batch = _native.Batch(held, [grains], 2.65e6, drained_triaxial(1e5, STRAINS), [0], 1, LONGEST, name, precision)
+        batch = _native.Batch([held], [grains], 2.65e6, drained_triaxial(1e5, STRAINS), [0], 1, LONGEST, name, precision)
         outcomes.append(batch.next(600.0))
     for outcome in outcomes:
         assert outcome["status"] == "finished" and outcome["steps"] == outcomes[0]["steps"]
@@ -145,7 +150,7 @@ def test_curves_are_recorded_at_the_strains_asked_for(curves):
 def test_a_run_that_is_timed_pass_by_pass_takes_the_steps_of_one_that_is_not(packing, precision):
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
     grains, stages = law(modulus=1e9, friction=0.4, rolling_strength=0.3), drained_triaxial(1e5, STRAINS)
-    batch = _native.Batch(held, [grains], 2.65e6, stages, [0], 1, LONGEST, precision=precision)
+    batch = _native.Batch([held], [grains], 2.65e6, stages, [0], 1, LONGEST, precision=precision)
     timed = _native.time_passes(held, grains, 2.65e6, stages, precision=precision)
     assert timed["steps"] == batch.next(600.0)["steps"]
     assert all(seconds > 0 for seconds in timed["seconds"].values())
@@ -165,7 +170,7 @@ def test_a_batch_takes_the_steps_that_a_simulation_by_hand_takes(packing, goal, 
     goals = [_native.AxisGoal(*goal)] * 3
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
     grains = law(modulus=1e9, friction=0.4, rolling_strength=0.3)
-    batch = _native.Batch(held, [grains], density, [_native.Stage(goals, record=True)], [0], 1, LONGEST, precision=precision)
+    batch = _native.Batch([held], [grains], density, [_native.Stage(goals, record=True)], [0], 1, LONGEST, precision=precision)
     outcome = batch.next(600.0)
     recorded = {name: column[0] for name, column in outcome["columns"].items()}
 
@@ -274,17 +279,72 @@ def test_a_failure_leaves_the_runs_beside_it_alone(packing, curves):
         assert_identical(one, other)
 
 
-def test_a_batch_can_be_stopped():
-    # Two spheres apart, driven to a strain at a rate of nothing.
-    edges = np.diag([8.0] * 3)
-    held = _native.Packing(np.array([[1.0, 1, 1], [1, 1, 5]]), np.ones(2), edges)
+APART = Packing(np.array([[1.0, 1, 1], [1, 1, 5]]), np.ones(2), np.diag([8.0] * 3))
+"""Two spheres that touch nothing."""
+
+
+def endless(tasks, threads):
+    """Arguments of a batch of simulations that are driven to a strain at a rate of nothing."""
+    held = _native.Packing(APART.positions, APART.radii, APART.edges)
     never = [_native.Stage([_native.AxisGoal(stress=False, target=0.1, largest_rate=0.0)] * 3)]
-    batch = _native.Batch(held, [law()] * 3, 1.0, never, [0, 1, 2], 2, 10**15)
+    return [held], [law()] * tasks, 1.0, never, list(range(tasks)), threads, 10**15
+
+
+def test_a_batch_can_be_stopped():
+    batch = _native.Batch(*endless(3, threads=2))
     assert batch.next(0.01) is None
     batch.cancel()
     outcomes = [batch.next(60.0) for _ in range(3)]
     assert sorted(outcome["task"] for outcome in outcomes) == [0, 1, 2]
     assert {outcome["status"] for outcome in outcomes} == {"cancelled"}
+
+
+def test_a_batch_whose_task_cannot_be_made_says_so_to_who_waits():
+    packings, laws, density, stages, _, threads, limit = endless(3, threads=2)
+    batch = _native.Batch(packings, laws, density, stages, [0, 3, 1, 2], threads, limit)  # there is no fourth law
+    with pytest.raises(IndexError):
+        batch.next(60.0)
+    # The others are ended, and come as they would otherwise.
+    assert sorted((outcome["task"], outcome["status"]) for outcome in (batch.next(60.0) for _ in range(3))) == [(task, "cancelled") for task in range(3)]
+    assert batch.next(0.0) is None
+
+
+THREADS_THAT_DO_NOT_START = """
+import resource
+import numpy as np
+from graincal import Packing, _native
+from graincal.dem.batch import run_batch
+
+apart = Packing(np.array([[1.0, 1, 1], [1, 1, 5]]), np.ones(2), np.diag([8.0] * 3))
+held = _native.Packing(apart.positions, apart.radii, apart.edges)
+laws = [_native.LinearLaw(1e7, 0.3, 0.0, 0.0, 0.0)] * 8
+never = [_native.Stage([_native.AxisGoal(stress=False, target=0.1, largest_rate=0.0)] * 3)]
+taken = int(next(line for line in open("/proc/self/status") if line.startswith("VmSize")).split()[1]) * 1024
+resource.setrlimit(resource.RLIMIT_AS, (taken + 300_000_000, resource.RLIM_INFINITY))
+try:
+    _native.Batch([held], laws, 1.0, never, list(range(8)), 8, 10**15)
+except RuntimeError as error:
+    print(error)
+try:
+    next(run_batch(apart, laws, never, density=1.0, expected_steps=range(8), threads=8, step_limit=10**15))
+except ValueError as error:
+    print(error)
+batch = _native.Batch([held], laws, 1.0, never, list(range(8)), 2, 10**15)
+batch.cancel()
+print(batch.next(60.0)["status"])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="how much a process takes is limited and told otherwise elsewhere")
+def test_threads_that_cannot_be_started_are_an_error_in_words():
+    # Each thread reserves 64 MB of addresses for its stack, and the limit leaves room for four. What did start has ended: two find room again.
+    command = ["sh", "-c", 'ulimit -s 65536 && exec "$0" -c "$1"', sys.executable, THREADS_THAT_DO_NOT_START]
+    ended = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"MALLOC_ARENA_MAX": "1"}, timeout=120)
+    assert ended.returncode == 0, ended.stderr
+    by_the_engine, to_the_user, again = ended.stdout.splitlines()
+    assert re.fullmatch(r"only [1-7] of 8 threads could be started \(.+\)", by_the_engine)
+    assert to_the_user == f"workers: {by_the_engine}, and a number that the system has room for was expected."
+    assert again == "cancelled"
 
 
 # Runs that are watched
@@ -319,6 +379,18 @@ def test_what_a_watch_raises_is_raised_by_who_waits(packing):
     samples = Samples(np.arange(3), THETAS[:3], PARAMETERS)
     with pytest.raises(ArithmeticError, match="cannot be looked at"):
         list(triaxial(packing).evaluate(samples, STRAINS, workers=2, watch=watch))
+
+
+@pytest.mark.parametrize(("looked_at", "error"), [(lambda: {}["nothing"], KeyError), (lambda: sys.exit(3), SystemExit), (lambda: np.ones(2), ValueError)])
+def test_what_is_no_answer_to_whether_a_run_stops_is_raised_by_the_batch(packing, looked_at, error):
+    # A row of truths is neither true nor false.
+    stages = drained_triaxial(1e5, STRAINS)
+    held = _native.Packing(packing.positions, packing.radii, packing.edges)
+    batch = _native.Batch([held], [law(modulus=1e9)] * 2, 2.65e6, stages, [0, 1], 1, LONGEST, watch=lambda task, columns: looked_at())
+    with pytest.raises(error):
+        batch.next(60.0)
+    # The run that was looked at has no outcome, and the other never began.
+    assert batch.next(60.0)["status"] == "cancelled" and batch.next(0.0) is None
 
 
 def test_a_batch_that_is_given_up_while_it_is_watched_ends(packing):
@@ -375,5 +447,4 @@ def test_a_stress_that_is_never_held_ends_within_its_limit(packing):
 
 def test_a_packing_without_neighbours_can_be_run():
     # Two spheres apart have no critical step and no stress: the cell closes on them until it is too small.
-    packing = Packing(np.array([[1.0, 1, 1], [1, 1, 5]]), np.ones(2), np.diag([8.0] * 3))
-    assert_failed(outcome_of(packing, THETAS[0]), "cell_too_small", "too small")
+    assert_failed(outcome_of(APART, THETAS[0]), "cell_too_small", "too small")

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from graincal import Experiment, InputError, Packing, ParameterSpace, Reference, Samples, TriaxialTest
+from graincal._native import LinearLaw
 from graincal.campaign import Calibration
 from graincal.campaign.store import Store
+from graincal.dem.batch import run_batch
+from graincal.dem.stress_path import drained_triaxial
 
 THETA = [8.0, 0.2, 30.0, 0.1, 0.1]
 NAMES = ("log_E", "nu", "phi", "beta_m", "eta_m")
@@ -41,6 +44,34 @@ def test_a_sample_s_id_says_which_packing_it_runs_on():
         for id, found in zip([7, 3, 5], outcomes(TEST, [7, 3, 5], workers)):
             for name, values in found.items():
                 np.testing.assert_array_equal(values, expected[id % 3][name])
+
+
+def test_all_packings_together_have_as_many_threads_as_are_asked_for():
+    threads = set()
+    samples = Samples(np.arange(6), np.tile(THETA, (6, 1)), NAMES)
+    list(TEST.evaluate(samples, STRAINS, workers=1, watch=lambda id, response: threads.add(threading.get_ident())))
+    assert len(threads) == 1
+
+
+def test_no_thread_waits_while_there_is_a_run_on_any_packing():
+    # One run on the first packing and two on the second: those two wait for each other, and whoever is done with the first takes the other.
+    both = threading.Barrier(2, timeout=60)
+
+    def watch(id, response):
+        if id != 0 and len(response.control) == 1:
+            both.wait()
+
+    samples = Samples(np.array([0, 1, 4]), np.tile(THETA, (3, 1)), NAMES)
+    assert sorted(row for row, _ in TEST.evaluate(samples, STRAINS, workers=2, watch=watch)) == [0, 1, 2]
+
+
+def test_the_longest_run_on_any_packing_starts_first():
+    a, b, _ = PACKINGS
+    twice = Packing(np.vstack([a.positions, a.positions + [0, 0, 6e-3]]), np.tile(a.radii, 2), np.diag([6e-3, 6e-3, 12e-3]), "twice.csv")
+    laws = [LinearLaw(1e8, 0.2, 0.5, 0.1, 0.1)] * 5
+    runs = run_batch([a, b, twice, a, b], laws, drained_triaxial(2e5, [0.0]), density=2.65e6, expected_steps=[1, 3, 1, 5, 4], threads=1, step_limit=10**6)
+    # A step of twice as many particles is twice as long.
+    assert [run.index for run in runs] == [3, 4, 1, 2, 0]
 
 
 def test_several_packings_are_kept_with_a_campaign_and_scatter_like_the_laboratory_s():

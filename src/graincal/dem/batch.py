@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal import _native
+from graincal.data import InputError
 from graincal.dem.packing import Packing
 
 _PATIENCE = 0.2
@@ -45,53 +46,31 @@ def run_batch(
 ) -> Iterator[Run]:
     """Simulate a packing under each law along the stages and yield the runs in order of completion. packing: one, or one for each law.
 
-    The longest expected run starts first. Closing the iterator, or an exception in its consumer, stops the simulations under way; and so does `stopped`,
-    which is asked several times a second, from any other thread: then there are no more runs. watch(index, columns) is shown the states of a run so far
-    each time that there is one more, from several threads, and stops that run by returning True; what it raises is raised here.
+    The longest expected run starts first, by its steps (`expected_steps`) and its particles. Closing the iterator, or an exception in its consumer, stops
+    the simulations under way; and so does `stopped`, which is asked several times a second, from any other thread: then there are no more runs.
+    watch(index, columns) is shown the states of a run so far each time that there is one more, from several threads, and stops that run by returning True;
+    what it raises is raised here. Raises InputError where the system does not give as many threads.
     """
-    raised: list[BaseException] = []
-
-    def watch_of(rows: Sequence[int]) -> Callable[[int, Mapping[str, NDArray[np.float64]]], bool] | None:
-        def watched(task: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:
-            try:
-                return bool(watch(rows[task], columns))
-            except BaseException as error:
-                raised.append(error)
-                return True
-
-        return watched if watch else None
-
     packings = [packing] * len(laws) if isinstance(packing, Packing) else packing
-    rows_of: dict[int, list[int]] = {}
-    for row, each in enumerate(packings):
-        rows_of.setdefault(id(each), []).append(row)
-    batches = []
-    for rows in rows_of.values():
-        # Each packing has a queue of its own, and its share of the threads.
-        of = packings[rows[0]]
-        held = _native.Packing(of.positions, of.radii, of.edges)
-        order = sorted(range(len(rows)), key=lambda index: -expected_steps[rows[index]])
-        share = max(1, min(round(threads * len(rows) / len(laws)), len(rows)))
+    distinct = {id(each): each for each in packings}
+    number = {key: k for k, key in enumerate(distinct)}
+    held = [_native.Packing(each.positions, each.radii, each.edges) for each in distinct.values()]
+    order = sorted(range(len(laws)), key=lambda index: -expected_steps[index] * packings[index].count)
+    useful = max(1, min(threads, len(laws)))
+    try:
         batch = _native.Batch(
-            held, [laws[row] for row in rows], density, list(stages), order, share, step_limit, precision=precision, economy=economy, watch=watch_of(rows)
-        )
-        batches.append((batch, rows))
-    left = {number: len(rows) for number, (_, rows) in enumerate(batches)}
+            held, list(laws), density, list(stages), order, useful, step_limit, precision=precision, economy=economy, watch=watch,
+            packing_of=[number[id(each)] for each in packings],
+        )  # fmt: skip
+    except RuntimeError as error:
+        raise InputError(f"workers: {error}, and a number that the system has room for was expected.") from None
+    left = len(laws)
     try:
         while left and not stopped():
-            for number in list(left):
-                batch, rows = batches[number]
-                outcome = batch.next(_PATIENCE / len(left))
-                if raised:
-                    # Not left in the list, or the batch would hold, by who watches it, the traceback that holds the batch.
-                    raise raised.pop()
-                if outcome is None:
-                    continue
-                left[number] -= 1
-                if not left[number]:
-                    del left[number]
-                row = rows[outcome["task"]]
-                yield Run(row, outcome["status"], outcome["columns"], outcome["consolidation_flagged"], outcome["steps"], outcome["seconds"])
+            outcome = batch.next(_PATIENCE)
+            if outcome is None:
+                continue
+            left -= 1
+            yield Run(outcome["task"], outcome["status"], outcome["columns"], outcome["consolidation_flagged"], outcome["steps"], outcome["seconds"])
     finally:
-        for batch, _ in batches:
-            batch.cancel()
+        batch.cancel()

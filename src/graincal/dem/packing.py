@@ -16,15 +16,23 @@ from graincal.files import unreadable
 LARGEST_OVERLAP = 0.01
 """Overlaps above this share of the smaller radius are no packing at rest, but a mistake in the file."""
 
-_CELL = re.compile(r"cell lengths:\s*(\S+)\s+(\S+)\s+(\S+)")
+SHORTEST, LONGEST = 1e-9, 1e9
+"""Metres. Other radii and cell lengths are a mistake too. Volumes, and all else that is computed from these, stay within what numbers hold."""
 
+FURTHEST = 1e6
+"""Cells. A centre further away is a mistake too: wrapped, it would have lost digits that tell whom it touches."""
+
+# What a comment says of the cell, and the numbers that follow; a matrix may stand in brackets, or go on in comments of nothing but numbers.
+_NUMBER = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|inf|nan)(?=[\s,;\[\]()]|$)"
+_NUMBERS = rf"(?:[ \t,\[\]()]*{_NUMBER})"
+_CELL = re.compile(rf"(cell\b[^:;\n]*):({_NUMBERS}*(?:[ \t,\[\]()]*\n#{_NUMBERS}+(?=[ \t,\[\]()]*(?:\n|$)))*)")
 
 _HEADER = ["x", "y", "z", "radius"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Packing:
-    """Spheres in a periodic cell: `positions` (N, 3) and `radii` (N,) in metres, `edges` (3, 3) whose columns are the cell's edge vectors.
+    """Spheres in a periodic cell: `positions` (N, 3) and `radii` (N,) in metres, `edges` (3, 3) whose columns are the cell's edge vectors along x, y and z.
 
     Centres outside the cell are wrapped into it. Raises InputError where the figures cannot be a packing.
     """
@@ -44,14 +52,8 @@ class Packing:
             raise InputError(f"{self.name}: positions, radii and cell lengths must be finite numbers.")
         if not np.all(radii > 0):
             raise InputError(f"{self.name}: the radius of particle {1 + int(np.argmin(radii > 0))} must be positive.")
-        if edges.shape != (3, 3) or not np.linalg.det(edges) > 0:
-            raise InputError(f"{self.name}: the cell's edges must span a positive volume.")
-        fractional = np.linalg.solve(edges, positions.T).T
-        outside = np.any((fractional < 0) | (fractional >= 1), axis=1)
-        positions = np.where(outside[:, None], (fractional - np.floor(fractional)) @ edges.T, positions)
-        widths = 1 / np.linalg.norm(np.linalg.inv(edges), axis=1)
-        if widths.min() < 5 * radii.max():
-            raise InputError(f"{self.name}: the cell is only {widths.min():.3g} m wide, and must be at least 2.5 times the largest diameter of {2 * radii.max():.3g} m.")
+        self._check_cell(edges, radii)
+        positions = self._wrapped(positions, edges)
         for name, array in {"positions": positions, "radii": radii, "edges": edges}.items():
             array = array.copy()
             array.setflags(write=False)
@@ -60,6 +62,30 @@ class Packing:
 
     def __repr__(self) -> str:
         return f"Packing({self.count} particles, void ratio {self.void_ratio:.3f}, {self.name})"
+
+    def _check_cell(self, edges: NDArray[np.float64], radii: NDArray[np.float64]) -> None:
+        # Stress paths drive the axes, and a cell that leans would be driven along others.
+        if edges.shape != (3, 3) or np.any(edges != np.diag(np.diag(edges))) or not np.all(np.diag(edges) > 0):
+            raise InputError(f"{self.name}: the cell's edges must lie along x, y and z, and a diagonal matrix of three positive lengths was expected.")
+        lengths = np.diag(edges)
+        for what, given in {"the radius of particle": radii, "cell length": lengths}.items():
+            possible = (SHORTEST <= given) & (given <= LONGEST)
+            if not np.all(possible):
+                wrong = int(np.argmin(possible))
+                raise InputError(f"{self.name}: {what} {wrong + 1} is {given[wrong]:.3g} m, and a length from 1e-9 to 1e9 m was expected.")
+        if lengths.min() < 5 * radii.max():
+            raise InputError(f"{self.name}: the cell is only {lengths.min():.3g} m wide, and must be at least 2.5 times the largest diameter of {2 * radii.max():.3g} m.")
+
+    def _wrapped(self, positions: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            fractional = np.linalg.solve(edges, positions.T).T
+        near = np.all(np.abs(fractional) < FURTHEST, axis=1)
+        if not np.all(near):
+            wrong = int(np.argmin(near))
+            centre = ", ".join(f"{coordinate:.3g}" for coordinate in positions[wrong])
+            raise InputError(f"{self.name}: the centre of particle {wrong + 1} at {centre} m is more than a million cells away, and coordinates in metres in or near the cell were expected.")
+        outside = np.any((fractional < 0) | (fractional >= 1), axis=1)
+        return np.where(outside[:, None], (fractional - np.floor(fractional)) @ edges.T, positions)
 
     def _check_overlaps(self) -> None:
         # Coincident centres have no direction between them, and no simulation survives that.
@@ -111,20 +137,21 @@ class Packing:
             raise InputError(unreadable(path, error, "a packing file")) from None
         except UnicodeDecodeError:
             raise InputError(f"{path}: a packing must be a text file with the columns x,y,z,radius.") from None
-        comments = [line for line in lines if line.startswith("#")]
+        # Comments alone, each in a line of its own still: only those that stand together belong together.
+        comments = "\n".join(line if line.startswith("#") else "" for line in lines)
         rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-        cell = next((match for match in map(_CELL.search, comments) if match), None)
-        try:
-            lengths = [float(text) for text in cell.groups()] if cell else []
-        except ValueError:
-            lengths = []
+        cells = [(match[1], re.findall(_NUMBER, match[2])) for match in _CELL.finditer(comments)]
+        lengths = next((numbers for name, numbers in cells if name.endswith("cell lengths") and len(numbers) >= 3), None)
         names = [name.strip() for name in re.split("[,;\t]", rows[0][1])] if rows else []
         if names != _HEADER and (known := _measured(names)):
             raise InputError(f"{path}: this looks like a laboratory file (column '{known[0]}'), and a packing with the header 'x,y,z,radius' was expected.")
+        for name, numbers in cells:
+            if len(numbers) > 3:
+                raise InputError(f"{path}: the comment '{name}:' gives {len(numbers)} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected.")
         if not lengths:
             raise InputError(f"{path}: a comment line with 'cell lengths: Lx Ly Lz' in metres is needed before the particles.")
-        if not all(length > 0 for length in lengths):
-            raise InputError(f"{path}: the cell lengths must be positive, not {' '.join(cell.groups())}.")
+        if not all(length > 0 for length in map(float, lengths)):
+            raise InputError(f"{path}: the cell lengths must be positive, not {' '.join(lengths)}.")
         if names != _HEADER or "," not in rows[0][1]:
             raise InputError(f"{path}: the header must be 'x,y,z,radius'.")
         values = []
@@ -137,12 +164,10 @@ class Packing:
                 raise InputError(f"{path}: line {number} must hold four numbers x,y,z,radius.")
             values.append(row)
         table = np.array(values).reshape(-1, 4)
-        return cls(table[:, :3], table[:, 3], np.diag(lengths), name=str(path))
+        return cls(table[:, :3], table[:, 3], np.diag([float(length) for length in lengths]), name=str(path))
 
     def write(self, path: str | Path, comment: str = "periodic packing, metres") -> None:
-        """Write what `read` reads, with every digit. Only cells with edges along the axes can be written."""
-        if np.any(self.edges != np.diag(np.diag(self.edges))):
-            raise InputError(f"{path}: only a cell with edges along the axes can be written.")
+        """Write what `read` reads, with every digit."""
         lengths = " ".join(repr(float(length)) for length in np.diag(self.edges))
         rows = [",".join(repr(float(value)) for value in (*position, radius)) for position, radius in zip(self.positions, self.radii)]
         Path(path).write_text("\n".join([f"# {comment}; cell lengths: {lengths}", "x,y,z,radius", *rows]) + "\n", encoding="utf-8")
