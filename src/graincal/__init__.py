@@ -1,19 +1,16 @@
 """graincal: Bayesian calibration of Discrete Element Method models against laboratory tests."""
 
-from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
-from graincal.dem.packing import Packing
-from graincal.dem.stress_path_table import StressPathTable
-from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
+from graincal.lazily import exported
 
 if TYPE_CHECKING:
     from graincal.campaign import Experiment, FolderError, Result, calibrate, predict, resume
+    from graincal.dem.packing import Packing
+    from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop
-
-__version__ = version("graincal")
+    from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
 
 __all__ = [
     "ConstantMeanStressTest",
@@ -50,9 +47,21 @@ def __dir__() -> list[str]:
     return sorted([*__all__, "__version__"])
 
 
+_find = exported(
+    __name__,
+    {
+        "graincal.campaign": ["Experiment", "FolderError", "Result", "calibrate", "predict", "resume"],
+        "graincal.dem.packing": ["Packing"],
+        "graincal.dem.stress_path_table": ["StressPathTable"],
+        "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop"],
+        "graincal.models": ["ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
+    },
+)
+
+
 def __getattr__(name: str):
-    # Statistics take a second to import, which worker processes and most commands need not wait for.
-    for module in ("graincal.inference", "graincal.campaign") if name in __all__ else ():
-        if hasattr(found := import_module(module), name):
-            return getattr(found, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("graincal")
+    return _find(name)

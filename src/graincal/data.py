@@ -339,7 +339,7 @@ class Response:
     in_pascal: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        flagged = f", {self.details['flagged']:g} of them flagged" if "flagged" in self.details else ""
+        flagged = f", {self.details['flagged']:g} flagged" if "flagged" in self.details else ""
         return f"Response({len(self.control)} states{flagged}: {', '.join(self.values)})"
 
     @property

@@ -175,7 +175,7 @@ def test_export_gives_every_figure(campaign, call, tmp_path):
 def test_check_reads_draws_and_estimates(call, tmp_path):
     called = call("check", write_calibration(tmp_path), "--plot", tmp_path / "references.png")
     assert called.code == 0 and (tmp_path / "references.png").stat().st_size > 1000
-    for said in ("are taken as logarithmic, since the key strain does not say. With strain =", "parameter strength: 0 to 1", "11 states, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
+    for said in ("are taken as logarithmic, since the key strain does not say. With strain =", "parameter strength: 0 to 1", "11 rows, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
         assert said in called.out
 
 
@@ -231,12 +231,12 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "0.5e6"]
     truth = [part for value in ("log_E=7.5", "nu=0.2", "phi=30", "beta_m=0.1", "eta_m=0.5") for part in ("-p", value)]
     called = call(*given, *truth, "--axial-strain", "0.01", "--increment", "0.004", "-o", tmp_path / "reference.csv", "--plot", tmp_path / "curve.png")
-    assert called.code == 0 and called.out == "" and called.err.startswith("4 states")
+    assert called.code == 0 and called.out == "" and called.err.startswith("4 rows")
     curve = np.genfromtxt(tmp_path / "reference.csv", delimiter=",", names=True)
     assert curve.dtype.names[:4] == ("axial_strain", "volumetric_strain", "stress_ratio", "void_ratio")
     np.testing.assert_allclose(curve["axial_strain"], [0, 0.004, 0.008, 0.01], atol=1e-6)
     assert (tmp_path / "curve.png").exists()
-    assert call(*given, *truth, "--precision", "float32", "--axial-strain", "0.01", "--increment", "0.004", "-o", tmp_path / "single.csv").code == 0
+    assert call(*given, *truth, "--precision", "float64", "--axial-strain", "0.01", "--increment", "0.004", "-o", tmp_path / "single.csv").code == 0
     single = np.genfromtxt(tmp_path / "single.csv", delimiter=",", names=True)
     # So short and soft a test is hardly chaotic: another rounding makes another curve, and much the same one.
     assert np.any(single["stress_ratio"] != curve["stress_ratio"])

@@ -1,11 +1,29 @@
 """A calibration as it runs and is stored: the loop around the filter, the folder that keeps it, and what it found."""
 
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.experiment import Experiment, Model
-from graincal.campaign.listener import Listener
-from graincal.campaign.prediction import Prediction, predict
-from graincal.campaign.result import Answer, Candidate, Result
-from graincal.campaign.running import begin, calibrate, resume
-from graincal.campaign.trouble import FolderError
+from typing import TYPE_CHECKING
+
+from graincal.lazily import exported
+
+if TYPE_CHECKING:
+    from graincal.campaign.calibration import Calibration
+    from graincal.campaign.experiment import Experiment, Model
+    from graincal.campaign.listener import Listener
+    from graincal.campaign.prediction import Prediction, predict
+    from graincal.campaign.result import Answer, Candidate, Result
+    from graincal.campaign.running import begin, calibrate, resume
+    from graincal.campaign.trouble import FolderError
 
 __all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Result", "begin", "calibrate", "predict", "resume"]
+
+__getattr__ = exported(
+    __name__,
+    {
+        "graincal.campaign.calibration": ["Calibration"],
+        "graincal.campaign.experiment": ["Experiment", "Model"],
+        "graincal.campaign.listener": ["Listener"],
+        "graincal.campaign.prediction": ["Prediction", "predict"],
+        "graincal.campaign.result": ["Answer", "Candidate", "Result"],
+        "graincal.campaign.running": ["begin", "calibrate", "resume"],
+        "graincal.campaign.trouble": ["FolderError"],
+    },
+)

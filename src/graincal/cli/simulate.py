@@ -120,10 +120,10 @@ def triaxial(
     at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
 ) -> None:
     """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
-    from graincal.cli.comparison import read_comparison
-
     if at and (axial_strain is not None or increment is not None):
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
+    if at:
+        from graincal.cli.comparison import read_comparison
     reference = read_comparison(at, confining_pressure) if at else None
     strains = reference.control if reference else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
     simulation.run("triaxial", strains, reference, confining_pressure=confining_pressure)
@@ -225,9 +225,9 @@ def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Pat
 def _describe(curve: Response, reference: Reference | None) -> list[str]:
     from graincal.cli.text import duration
 
-    lines = [f"{len(curve.control)} states, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"]
+    lines = [f"{len(curve.control)} rows of {curve.details['states']:.0f} states at rest, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"]
     if flagged := int(curve.details["flagged"]):
-        lines.append(f"Warning: {flagged} of {len(curve.control)} states were not at rest within their step limit (column flagged).")
+        lines.append(f"Warning: {flagged} of {curve.details['states']:.0f} states were not at rest within their step limit (column flagged).")
     if reference is not None:
         from graincal.inference.errors import observable_errors, sample_errors
 

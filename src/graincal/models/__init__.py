@@ -1,8 +1,13 @@
 """What an evaluation is: a built-in test, or anybody else's function."""
 
+from typing import TYPE_CHECKING
+
+from graincal.lazily import exported
 from graincal.models.element_tests import TESTS, ConstantMeanStressTest, IsotropicTest, OedometricTest, TableTest, TriaxialTest, UndrainedTest
-from graincal.models.python import PythonModel
 from graincal.models.stress_path import StressPathTest
+
+if TYPE_CHECKING:
+    from graincal.models.python import PythonModel
 
 __all__ = [
     "TESTS",
@@ -15,3 +20,5 @@ __all__ = [
     "TriaxialTest",
     "UndrainedTest",
 ]
+
+__getattr__ = exported(__name__, {"graincal.models.python": ["PythonModel"]})

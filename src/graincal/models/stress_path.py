@@ -44,7 +44,7 @@ RETURNED = (
 IN_PASCAL = ("mean_stress", "deviatoric_stress", "axial_stress", "lateral_stress", "excess_pore_pressure", "stress_xx", "stress_yy", "stress_zz")
 """Columns that are stresses."""
 
-_NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "flagged": 0, "consolidation_flagged": 0}
+_NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "states": 0, "flagged": 0, "consolidation_flagged": 0}
 
 _FAILURES = {
     "diverged": "the simulation diverged: a particle's motion ran away or a stress was not finite",
@@ -304,7 +304,7 @@ class StressPathTest(Economy, ABC):
     def _outcome(self, run: Run, states: NDArray[np.float64]) -> Response | Failure:
         flagged = int(run.columns["flagged"].sum())
         details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * self.packing.count}
-        details |= {"flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
+        details |= {"states": len(run.columns["flagged"]), "flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
         if run.status == "stopped":
             return self._response(run.columns, states, details | {"stopped": 1})
         if run.status != "finished":
