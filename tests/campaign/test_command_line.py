@@ -262,8 +262,8 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     assert checked.code == 0 and "500 particles" in checked.out and "Expect 6 evaluations an iteration" in checked.out
     assert "precision" not in checked.out
     single = tmp_path / "single.toml"
-    single.write_text(file.read_text().replace('kind = "triaxial",', 'kind = "triaxial", precision = "float32",'))
-    assert "  precision: float32\n" in call("check", single).out
+    single.write_text(file.read_text().replace('kind = "triaxial",', 'kind = "triaxial", precision = "float64",'))
+    assert "  inertial number 0.00136, precision float64\n" in call("check", single).out
     assert call("calibrate", file, "-o", tmp_path / "campaign").code == 0
     result = gc.Result.read(tmp_path / "campaign")
     assert result.failures == 0 and result.best.error < 40
@@ -290,7 +290,7 @@ def test_each_path_is_simulated(call, tmp_path, monkeypatch, path, control, valu
     monkeypatch.chdir(tmp_path)
     Path("path.csv").write_text("strain_x,stress_y,strain_z,record\n0,1e5,0.001,\n0,2e5,0.001,no\n0,1e5,0.002,yes\n")
     called = call("simulate", *path.split(), *SOFT, "-o", "curve.csv", "--plot", "curve.png")
-    assert called.code == 0 and called.out == "" and called.err.startswith(f"{len(values)} states") and Path("curve.png").exists()
+    assert called.code == 0 and called.out == "" and called.err.startswith(f"{len(values)} rows from ") and Path("curve.png").exists()
     curve = np.genfromtxt("curve.csv", delimiter=",", names=True)
     assert curve.dtype.names[0] == control and {"stress_ratio", "void_ratio", "coordination_number"} < set(curve.dtype.names)
     # Strains to 1e-6 and stresses to a thousandth, as the servo's tolerances are.

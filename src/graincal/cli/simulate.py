@@ -225,7 +225,7 @@ def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Pat
 def _describe(curve: Response, reference: Reference | None) -> list[str]:
     from graincal.cli.text import duration
 
-    lines = [f"{len(curve.control)} rows of {curve.details['states']:.0f} states at rest, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"]
+    lines = [f"{len(curve.control)} rows from {curve.details['states']:.0f} states at rest, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"]
     if flagged := int(curve.details["flagged"]):
         lines.append(f"Warning: {flagged} of {curve.details['states']:.0f} states were not at rest within their step limit (column flagged).")
     if reference is not None:
