@@ -1,11 +1,12 @@
 """The engine's speed in the drained triaxial test, in particle-steps per second; how it is spent, how far it is from what the machine can do; and beside YADE.
 
-    python benchmarks/engine.py [--particles 1000 2000 ...] [--axial-strain 0.02] [--yade]
+    python benchmarks/engine.py [--packing FILE | --particles 1000 2000 ...] [--axial-strain 0.02] [--yade]
 
 Packings are prepared by `graincal pack`'s protocol and kept in its cache; those of more than 2,000 particles are periodic repetitions of a smaller one, eight or
 twenty-seven times, for preparation takes half a minute a thousand particles. A copy of a packing beside itself moves like it, but for roundings: the work of
 a step is that of a packing of its size, the path of the test that of the smaller one. With one thread one run is timed, with two threads two runs side by side.
-With --yade, both programs run the same test in turn, each on one thread.
+With --yade, both programs run the same test in turn, each as a whole process on one thread, from the packing's file to the curve's: `graincal simulate` by its default
+accuracy and by the reference's, and YADE, all with the density that the default inertial number means there.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ import os
 import shutil
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -28,14 +30,15 @@ import numpy as np
 import graincal as gc
 from graincal import _native
 from graincal.dem.preparation import prepare
-from graincal.models.stress_path import DENSITY, PRECISIONS
+from graincal.models.economy import ACCURACIES, DENSITY, PRECISIONS
+from graincal.models.proportion import ENGINE_PRESSURE, for_engine
 
 THETA = {"log_E": 8.72, "nu": 0.227, "phi": 28.1, "beta_m": 0.079, "eta_m": 0.569}
 CONFINING_PRESSURE = 0.5e6
-DENSITY_SCALING = 1e3
 INCREMENT = 0.004
 VOID_RATIO = 0.68
 LARGEST_PREPARED = 2000
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> None:
@@ -52,7 +55,7 @@ def main() -> None:
     print(f"graincal {gc.__version__}, {_native.compiler}, {_native.instruction_set}; drained triaxial test to {at[-1]:.1%} of axial strain, Θ = {THETA}")
     packings = list(_packings(arguments.packing, arguments.particles))
     if arguments.yade:
-        print_comparison(packings, at, arguments.repeats, arguments.precision)
+        print_comparison(packings, at, arguments.repeats)
         return
     print_rates(packings, at, arguments.repeats, arguments.precision)
     print_passes(packings, at, arguments.precision)
@@ -80,9 +83,10 @@ def repeated(packing: gc.Packing, times: int) -> gc.Packing:
 
 @dataclass(frozen=True)
 class Measured:
-    """One run: the seconds it took, and its steps."""
+    """One run as a whole process: its seconds of processor time, those of wall time that the engine alone says it took, and its steps."""
 
-    seconds: float
+    processor: float
+    engine: float
     steps: int
 
 
@@ -96,7 +100,8 @@ def measure(packing: gc.Packing, at: np.ndarray, precision: str, threads: int = 
 
 
 def _test(packing: gc.Packing, precision: str) -> gc.TriaxialTest:
-    return gc.TriaxialTest(packing, CONFINING_PRESSURE, density_scaling=DENSITY_SCALING, precision=precision)
+    """The paper's protocol, whose steps are counted, in either precision."""
+    return gc.TriaxialTest(packing, CONFINING_PRESSURE, accuracy="reference", precision=precision)
 
 
 def print_rates(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, repeats: int, precisions: Sequence[str]) -> None:
@@ -118,9 +123,10 @@ def print_rates(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, repe
 def time_passes(packing: gc.Packing, at: np.ndarray, precision: str) -> dict:
     """What `_native.time_passes` says of the test."""
     test = _test(packing, precision)
-    law = _native.LinearLaw(10 ** THETA["log_E"], THETA["nu"], np.tan(np.radians(THETA["phi"])), THETA["beta_m"], THETA["eta_m"])
+    modulus, density = (float(for_engine(value, CONFINING_PRESSURE)) for value in (10 ** THETA["log_E"], DENSITY * test.scaling))
+    law = _native.LinearLaw(modulus, THETA["nu"], np.tan(np.radians(THETA["phi"])), THETA["beta_m"], THETA["eta_m"])
     held = _native.Packing(packing.positions, packing.radii, packing.edges)
-    return _native.time_passes(held, law, DENSITY * DENSITY_SCALING, test.stages(at), precision=precision)
+    return _native.time_passes(held, law, density, test.stages(ENGINE_PRESSURE, test.states(at)), precision=precision)
 
 
 def print_passes(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, precisions: Sequence[str]) -> None:
@@ -183,50 +189,72 @@ def print_limits(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, pre
         )
 
 
-def measure_yade(packing: gc.Packing, at: np.ndarray) -> Measured:
-    """The same test by YADE, on one thread."""
+def measure_process(command: Sequence[str | Path]) -> float:
+    """The seconds of processor time that a program takes on one thread."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=os.environ | dict.fromkeys(THREADS, "1"))
+    said = process.stdout.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    if status:
+        raise SystemExit(f"{command[0]} ended with {os.waitstatus_to_exitcode(status)}:\n{said}")
+    return usage.ru_utime + usage.ru_stime
+
+
+def measure_yade(packing: Path, scaling: float, at: np.ndarray) -> Measured:
+    """The same test by YADE."""
     if shutil.which("yade") is None:
         raise SystemExit("YADE is not installed: 'apt-get install yade' on Debian and Ubuntu.")
-    with tempfile.TemporaryDirectory() as folder:
-        packing_file, curve_file = Path(folder) / "packing.csv", Path(folder) / "curve.csv"
-        packing.write(packing_file)
-        command = ["yade", "-n", "-x", "-j1", str(Path(__file__).with_name("yade_triaxial.py")), "--", "--packing", str(packing_file), "--cell-inertia", "graincal"]
-        command += ["--confining-pressure", str(CONFINING_PRESSURE), "--axial-strain", str(at[-1]), "--increment", str(INCREMENT)]
-        command += ["--density-scaling", str(DENSITY_SCALING), "-o", str(curve_file)]
-        for name, value in THETA.items():
-            command += ["-p", f"{name}={value}"]
-        ended = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
-        if ended.returncode:
-            raise SystemExit(f"YADE ended with {ended.returncode}:\n{ended.stderr}")
-        about, *table = curve_file.read_text().splitlines()
-    return Measured(json.loads(about.removeprefix("#"))["seconds"], int(float(list(csv.DictReader(table))[-1]["steps"])))
+    curve = packing.with_name("yade.csv")
+    command = ["yade", "-n", "-x", "-j1", str(Path(__file__).with_name("yade_triaxial.py")), "--", "--packing", str(packing), "--cell-inertia", "graincal"]
+    command += ["--confining-pressure", str(CONFINING_PRESSURE), "--axial-strain", str(at[-1]), "--increment", str(INCREMENT)]
+    command += ["--density-scaling", str(scaling), "-o", str(curve), *_parameters()]
+    seconds = measure_process(command)
+    about, *table = curve.read_text().splitlines()
+    return Measured(seconds, json.loads(about.removeprefix("#"))["seconds"], int(float(list(csv.DictReader(table))[-1]["steps"])))
 
 
-def print_comparison(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, repeats: int, precisions: Sequence[str]) -> None:
+def measure_graincal(packing: Path, accuracy: str, at: np.ndarray) -> Measured:
+    """`graincal simulate`, and once more from Python what the engine alone takes."""
+    curve = packing.with_name("graincal.csv")
+    curve.unlink(missing_ok=True)
+    command = [Path(sys.executable).with_name("graincal"), "simulate", "triaxial", "--packing", packing, "--confining-pressure", str(CONFINING_PRESSURE), "--accuracy", accuracy]
+    command += ["--axial-strain", str(at[-1]), "--increment", str(INCREMENT), "--quiet", "-o", curve, *_parameters()]
+    seconds = measure_process(command)
+    test = gc.TriaxialTest(gc.Packing.read(packing), CONFINING_PRESSURE, accuracy=accuracy)
+    (response,) = test.simulate([list(THETA.values())], at=at, threads=1)
+    return Measured(seconds, response.details["seconds"], response.details["steps"])
+
+
+def _parameters() -> list[str]:
+    return [word for name, value in THETA.items() for word in ("-p", f"{name}={value}")]
+
+
+def print_comparison(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, repeats: int) -> None:
     """graincal and YADE in turn, on one thread each."""
-    print(f"\ngraincal and YADE in turn, {repeats} times, one thread each: medians of wall time in s, of steps, of million particle-steps a second; and their ratios")
-    print(f"{'particles':>10}{'precision':>10}{'s':>9}{'YADE s':>9}{'faster':>8}{'steps':>9}{'YADE':>9}{'ratio':>7}{'Mp.-s./s':>10}{'YADE':>8}{'ratio':>8}")
+    print(f"\ngraincal and YADE in turn, {repeats} times, one thread each: medians, of whole processes in s of the processor, of the engines alone in s, and of steps")
+    print(f"{'particles':>10}{'accuracy':>12}{'process':>10}{'YADE':>9}{'times':>8}{'engine':>10}{'YADE':>9}{'times':>8}{'steps':>9}{'YADE':>9}{'share':>7}")
     for packing, _ in packings:
-        ours = {precision: [] for precision in precisions}
+        ours = {accuracy: [] for accuracy in ACCURACIES}
         theirs = []
-        for _ in range(repeats):
-            for precision in precisions:
-                details = measure(packing, at, precision)[0].details
-                ours[precision].append(Measured(details["seconds"], details["steps"]))
-            theirs.append(measure_yade(packing, at))
-        for precision in precisions:
-            (s, steps, rate), (yade_s, yade_steps, yade_rate) = (_medians(runs, packing.count) for runs in (ours[precision], theirs))
+        scaling = gc.TriaxialTest(packing, CONFINING_PRESSURE).scaling
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "packing.csv"
+            packing.write(file)
+            for _ in range(repeats):
+                for accuracy in ACCURACIES:
+                    ours[accuracy].append(measure_graincal(file, accuracy, at))
+                theirs.append(measure_yade(file, scaling, at))
+        for accuracy in ACCURACIES:
+            (process, engine, steps), (yade_process, yade_engine, yade_steps) = (_medians(runs) for runs in (ours[accuracy], theirs))
             print(
-                f"{packing.count:>10}{precision:>10}{s:>9.2f}{yade_s:>9.1f}{yade_s / s:>8.1f}{steps:>9.0f}{yade_steps:>9.0f}{steps / yade_steps:>7.2f}"
-                f"{rate:>10.2f}{yade_rate:>8.3f}{rate / yade_rate:>8.1f}",
+                f"{packing.count:>10}{accuracy:>12}{process:>10.2f}{yade_process:>9.1f}{yade_process / process:>8.1f}{engine:>10.2f}{yade_engine:>9.1f}{yade_engine / engine:>8.1f}"
+                f"{steps:>9.0f}{yade_steps:>9.0f}{steps / yade_steps:>7.2f}",
                 flush=True,
             )
 
 
-def _medians(runs: Sequence[Measured], particles: int) -> tuple[float, float, float]:
-    """Wall time, steps, and million particle-steps a second."""
-    rates = [particles * run.steps / run.seconds / 1e6 for run in runs]
-    return statistics.median(run.seconds for run in runs), statistics.median(run.steps for run in runs), statistics.median(rates)
+def _medians(runs: Sequence[Measured]) -> tuple[float, float, float]:
+    """Processor time of the process, time of the engine, and steps."""
+    return tuple(statistics.median(values) for values in zip(*map(astuple, runs)))
 
 
 if __name__ == "__main__":
