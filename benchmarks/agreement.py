@@ -3,7 +3,7 @@
     GRAINCAL_REFERENCE_DATA=folder python benchmarks/agreement.py [--packings N]
 
 The folder holds the packings and the reference of Hartmann, Cheng, Thornton (2022) and YADE's curves on those packings. Errors are those of the paper's
-Eq. 5, in percent; ε is the mean over stress ratio and volumetric strain (Eq. 6, equal shares). Two runs of the same test differ: replicates have the
+Eq. 5, in percent; ε is the mean over stress ratio and volumetric strain (Eq. 6, equal shares). Both accuracies are compared. Two runs of the same test differ: replicates have the
 density scalings 999, 1000, ..., and means of replicates are compared. With --packings, N packings of 1,000 particles are prepared as well.
 """
 
@@ -19,6 +19,7 @@ import numpy as np
 
 import graincal as gc
 from graincal.dem.preparation import prepare
+from graincal.models.economy import ACCURACIES
 
 COMPARED = ("stress_ratio", "volumetric_strain", "coordination_number", "a_c")
 YADE_COLUMNS = dict(zip(COMPARED, ("s1_over_s3", "e_v", "Z", "a_c")))
@@ -47,20 +48,22 @@ def compare_with_yade(data: Path, case: str) -> None:
     yade = [{name: table[column] for name, column in YADE_COLUMNS.items()} for table in tables]
     theta = [np.log10(about["E"]), about["nu"], about["phi"], about["beta_m"], about["eta_m"]]
     packing = gc.Packing.read(data / about["packing"])
-    ours = replicates(packing, theta, about["dstrain"] * np.arange(len(tables[0])), (999, 1000, 1001))
     show(f"{case}: between YADE's replicates", *floor(yade))
-    show(f"{case}: between graincal's replicates", *floor(ours))
-    show(f"{case}: mean of three, against YADE's", mean(yade), mean(ours))
+    for accuracy in ACCURACIES:
+        ours = replicates(packing, theta, about["dstrain"] * np.arange(len(tables[0])), (999, 1000, 1001), accuracy)
+        show(f"{accuracy}: between graincal's replicates", *floor(ours))
+        show(f"{accuracy}: mean of three, against YADE's", mean(yade), mean(ours))
 
 
 def compare_with_paper(data: Path) -> None:
     path = data / "synthetic_reference.csv"
     reference = gc.Reference.read(path)
     theta = [float(item.split()[1]) for item in path.read_text().splitlines()[0].split("; ")[1].split(", ")]
-    ours = replicates(gc.Packing.read(data / "packing_2000.csv"), theta, reference.control, (998, 999, 1000, 1001, 1002))
-    for number, curve in enumerate(ours, 1):
-        show(f"paper's reference: run {number}", dict(reference.observables), curve)
-    show("paper's reference: mean of five", dict(reference.observables), mean(ours))
+    for accuracy in ACCURACIES:
+        ours = replicates(gc.Packing.read(data / "packing_2000.csv"), theta, reference.control, (998, 999, 1000, 1001, 1002), accuracy)
+        for number, curve in enumerate(ours, 1):
+            show(f"{accuracy}: paper's reference: run {number}", dict(reference.observables), curve)
+        show(f"{accuracy}: paper's reference: mean of five", dict(reference.observables), mean(ours))
 
 
 def compare_packings(data: Path, count: int) -> None:
@@ -78,10 +81,10 @@ def compare_packings(data: Path, count: int) -> None:
         show(f"packing_2000 against the mean of {count}", larger, mean(prepared))
 
 
-def replicates(packing: gc.Packing, theta: list[float], strains: np.ndarray, scalings: tuple[int, ...]) -> list[dict[str, np.ndarray]]:
+def replicates(packing: gc.Packing, theta: list[float], strains: np.ndarray, scalings: tuple[int, ...], accuracy: str = "standard") -> list[dict[str, np.ndarray]]:
     curves = []
     for scaling in scalings:
-        response = gc.TriaxialTest(packing, 0.5e6, density_scaling=scaling).simulate([theta], at=strains)[0]
+        response = gc.TriaxialTest(packing, 0.5e6, density_scaling=scaling, accuracy=accuracy).simulate([theta], at=strains)[0]
         if not isinstance(response, gc.Response) or response.details["flagged"]:
             raise SystemExit(f"A run gave no curve to compare: {response}")
         curves.append({name: response.values[name] for name in COMPARED})

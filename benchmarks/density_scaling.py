@@ -51,7 +51,7 @@ def main() -> None:
 def replicates(packing: gc.Packing, strains: np.ndarray, scaling: float, count: int) -> list[dict[str, np.ndarray]]:
     curves = []
     for k in range(count):
-        test = gc.TriaxialTest(packing, PRESSURE, density_scaling=scaling * (1 + 1e-3 * (k - count // 2)), step_limit=200_000_000)
+        test = gc.TriaxialTest(packing, PRESSURE, accuracy="reference", density_scaling=scaling * (1 + 1e-3 * (k - count // 2)), step_limit=200_000_000)
         (response,) = test.simulate([THETA], at=strains, threads=1)
         if not isinstance(response, gc.Response) or response.details["flagged"]:
             raise SystemExit(f"A run gave no curve to compare: {response}")

@@ -24,20 +24,22 @@ CASES = ("truth2000", "table3_1000_p0.5", "soft_rough_1000")
 PRESSURE = 0.5e6
 COMPARED = ("stress_ratio", "volumetric_strain", "coordination_number", "a_c")
 YADE_COLUMNS = dict(zip(COMPARED, ("s1_over_s3", "e_v", "Z", "a_c")))
-BOTH = {"time_step_bound": "contact", "mass_exponent": 1.0}
+PAPERS = {"accuracy": "reference"}
+BOTH = PAPERS | {"time_step_bound": "contact", "mass_exponent": 1.0}
 OPTIONS = {
-    "the paper's protocol": {},
-    "time_step_bound contact": {"time_step_bound": "contact"},
-    "mass_exponent 2": {"mass_exponent": 2.0},
-    "mass_exponent 1": {"mass_exponent": 1.0},
-    "inertia_factor 2": {"inertia_factor": 2.0},
-    "settling_damping 0.4": {"settling_damping": 0.4},
-    "settling_damping 0.7": {"settling_damping": 0.7},
-    "strain_ramp 0.1": {"strain_ramp": 0.1},
-    "strain_ramp 0.3": {"strain_ramp": 0.3},
+    "the paper's protocol": PAPERS,
+    "time_step_bound contact": PAPERS | {"time_step_bound": "contact"},
+    "mass_exponent 2": PAPERS | {"mass_exponent": 2.0},
+    "mass_exponent 1": PAPERS | {"mass_exponent": 1.0},
+    "inertia_factor 2": PAPERS | {"inertia_factor": 2.0},
+    "settling_damping 0.4": PAPERS | {"settling_damping": 0.4},
+    "settling_damping 0.7": PAPERS | {"settling_damping": 0.7},
+    "strain_ramp 0.1": PAPERS | {"strain_ramp": 0.1},
+    "strain_ramp 0.3": PAPERS | {"strain_ramp": 0.3},
     "contact, mass 1": BOTH,
+    "standard: with float32 too": {},
     "contact, mass 1, settling 0.4": BOTH | {"settling_damping": 0.4},
-    "density_scaling 100": {"density_scaling": 100.0},
+    "density_scaling 100": PAPERS | {"density_scaling": 100.0},
     "density_scaling 100, contact, mass 1": BOTH | {"density_scaling": 100.0},
 }
 
@@ -46,15 +48,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--replicates", type=int, default=5)
     parser.add_argument("--cases", nargs="+", default=CASES, choices=CASES)
+    parser.add_argument("--options", nargs="+", default=list(OPTIONS), choices=list(OPTIONS), metavar="OPTION", help="of the program's list; the paper's protocol comes first")
     arguments = parser.parse_args()
     if not os.environ.get("GRAINCAL_REFERENCE_DATA"):
         raise SystemExit("GRAINCAL_REFERENCE_DATA must name the folder with the packings and YADE's curves.")
     data = Path(os.environ["GRAINCAL_REFERENCE_DATA"])
     for case in arguments.cases:
-        compare(data, case, arguments.replicates)
+        compare(data, case, arguments.replicates, arguments.options)
 
 
-def compare(data: Path, case: str, replicates: int) -> None:
+def compare(data: Path, case: str, replicates: int, chosen: list[str]) -> None:
     files = [data / "yade" / f"{case}_{scaling}.csv" for scaling in (999, 1000, 1001)]
     about = json.loads(files[0].read_text().splitlines()[0].removeprefix("#"))
     tables = [np.genfromtxt(file, delimiter=",", names=True, skip_header=1) for file in files]
@@ -68,13 +71,13 @@ def compare(data: Path, case: str, replicates: int) -> None:
     print(f"{'':38}{'steps':>9}{'of YADE':>9}{'ε':>7}{'stress ratio':>14}{'vol. strain':>13}{'Z':>7}{'a_c':>7}{'flagged':>9}{'ε, own':>8}")
     show("between YADE's replicates", yades_steps, yades_steps, floor(yade))
     own = None
-    for label, options in OPTIONS.items():
+    for label, options in ((label, OPTIONS[label]) for label in chosen):
         curves = [run(packing, theta, strains, k - replicates // 2, options) for k in range(replicates)]
         steps = np.mean([curve["steps"][-1] for curve in curves])
         flagged = sum(int(curve["flagged"].sum()) for curve in curves)
         own = own or mean(curves)
         show(label, steps, yades_steps, (mean(yade), mean(curves)), flagged, f"{np.mean(errors(own, mean(curves))[:2]):8.2f}")
-        if not options:
+        if options is PAPERS:
             show("between its replicates", steps, yades_steps, floor(curves))
 
 

@@ -3,7 +3,6 @@
 import pytest
 
 from graincal import Packing
-from graincal.models.economy import PRECISIONS
 
 from .curves import Replicates, YadeCase
 
@@ -12,9 +11,9 @@ CASES = ("truth2000", "table3_1000_p0.5", "soft_rough_1000")
 PAPER_CASE, PAPER_SCALINGS = "truth2000", (998, 999, 1000, 1001, 1002)
 
 
-@pytest.fixture(scope="session", params=PRECISIONS)
-def precision(request):
-    """What forces, velocities and the contacts' memory are computed in."""
+@pytest.fixture(scope="session", params=[{}, {"accuracy": "reference"}], ids=["default", "reference"])
+def options(request):
+    """How exactly tests are run: by the default, and by the paper's protocol."""
     return request.param
 
 
@@ -29,12 +28,12 @@ def yade_cases(reference_data):
 
 
 @pytest.fixture(scope="session")
-def triaxial_runs(reference_data, yade_cases, precision):
-    """All replicates in a precision that the tests ask for, the longest first; the synthetic reference's serve two comparisons."""
+def triaxial_runs(reference_data, yade_cases, options):
+    """All replicates that the tests ask for, the longest first; the synthetic reference's serve two comparisons."""
     runs = Replicates()
     for name, case in yade_cases.items():
         packing = Packing.read(reference_data / case.packing)
         for scaling in PAPER_SCALINGS if name == PAPER_CASE else YADE_SCALINGS:
-            runs.start((name, scaling), packing, case.theta, case.strains, case.confining_pressure, scaling, precision=precision)
+            runs.start((name, scaling), packing, case.theta, case.strains, case.confining_pressure, scaling, **options)
     yield runs
     runs.stop()

@@ -38,15 +38,15 @@ def about(case, scaling):
 
 
 @pytest.fixture(scope="module")
-def replicates(precision):
+def replicates(options):
     runs = Replicates()
     packing = Packing.read(PACKING)
     for case in CASES:
         for scaling in SCALINGS:
             facts = about(case, scaling)
             theta = [facts[name] for name in PARAMETERS]
-            options = {"law": facts.get("law", "linear"), "precision": precision}
-            runs.start((case, scaling), packing, theta, STRAINS, facts["confining_pressure"], facts["density_scaling"], **options)
+            law = facts.get("law", "linear")
+            runs.start((case, scaling), packing, theta, STRAINS, facts["confining_pressure"], facts["density_scaling"], law=law, **options)
     yield runs
     runs.stop()
 
