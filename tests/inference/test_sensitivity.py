@@ -47,7 +47,7 @@ def test_without_a_discrepancy_the_posterior_is_that_of_the_errors_alone():
     case = linear_case(0.05)
     options = {"correlation_length": CORRELATION_LENGTH}
     allowed = calibrated(case.reference, case.space, 100, discrepancy=True, batch=20, **options)
-    exact = without_discrepancy(allowed.emulation, case.space, allowed.references, allowed.scatters, CORRELATION_LENGTH, np.random.default_rng(0))
+    exact = without_discrepancy(allowed.emulation, case.space, allowed.thinnings, allowed.scatters, CORRELATION_LENGTH, np.random.default_rng(0))
     assert np.all(np.abs(exact.mean() - case.mean) <= 0.25 * case.deviation)
     ratio = exact.std() / case.deviation
     assert 0.8 <= ratio.min() and ratio.max() <= 1.25
