@@ -18,6 +18,7 @@ import argparse
 import itertools
 import json
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -161,17 +162,15 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
 def _evaluate(filter, test: gc.TriaxialTest, threads: int) -> tuple[float, float]:
     """One batch; the seconds and the particle-steps that it took."""
     samples, (early_stop, *_), seconds, particle_steps = filter.ask(), filter.early_stops, 0.0, 0.0
+    experiment = gc.Experiment("test", test, filter.references[0])
     responses = np.full((len(samples), len(STRAIN), 2), np.nan)
     failed, stopped = np.zeros((2, len(samples)), dtype=bool)
 
-    def hopeless(id: int, response: gc.Response) -> bool:
-        return early_stop is not None and early_stop.hopeless(0, id, response.observables(OBSERVABLES))
-
-    for row, outcome in test.evaluate(samples, at=STRAIN, workers=threads, watch=hopeless):
+    for row, outcome in experiment.evaluate(samples, threads, partial(early_stop.hopeless, 0) if early_stop else None):
         seconds += outcome.details.get("seconds", 0.0)
         particle_steps += outcome.details.get("particle_steps", 0.0)
         if isinstance(outcome, gc.Response):
-            responses[row, : len(outcome.control)] = outcome.observables(OBSERVABLES)
+            responses[row] = experiment.observables(outcome)
             stopped[row] = outcome.stopped
         else:
             failed[row] = True

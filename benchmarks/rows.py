@@ -1,9 +1,8 @@
 """What rows cost: memory and time of `graincal check` and of a calibration, and the time of a run, by the rows of the reference.
 
-    python benchmarks/rows.py [--rows 100 1000 10000 40000] [--calibration-rows 100 1000 10000 40000]
+    python benchmarks/rows.py [--rows 100 1000 10000 40000] [--run-rows 10 50 500 2000] [--evaluations 60]
 
-The reference is a drained triaxial test in closed form with two observables; the model is the built-in one on 300 particles that are prepared. `check` and `calibrate` (60 evaluations,
-one worker) run as whole processes: seconds of wall time, and the largest resident memory. A run is timed by itself, with as many rows.
+The reference is a drained triaxial test in closed form with two observables; the model is the built-in one on 300 particles that are prepared. `check` and `calibrate` (one worker) run as whole processes: seconds of wall time, and the largest resident memory. A run is timed by itself, with as many rows.
 """
 
 from __future__ import annotations

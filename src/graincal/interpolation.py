@@ -101,9 +101,13 @@ def _on_leg(leg: NDArray[np.float64], column: NDArray[np.float64], places: NDArr
         return column[nearest]
     if held:
         return np.where(on_state, column[nearest], np.maximum(column[after - 1], column[after]))
-    if not np.all(np.isfinite(column)):
-        # A ratio of two stresses that have gone: no cubic goes through it, and there is none beside it either.
-        return np.where(on_state, column[nearest], np.interp(places, leg, column))
     from scipy.interpolate import PchipInterpolator
 
-    return np.where(on_state, column[nearest], PchipInterpolator(leg, column)(places))
+    between = np.full(len(places), np.nan)
+    # A ratio of two stresses that have gone is no number, and there is none beside it: each stretch of numbers is by itself.
+    finite = np.isfinite(column)
+    for stretch in np.split(np.arange(len(leg)), 1 + np.flatnonzero(np.diff(finite))):
+        inside = (places >= leg[stretch[0]]) & (places <= leg[stretch[-1]])
+        if finite[stretch[0]] and len(stretch) > 1:
+            between[inside] = PchipInterpolator(leg[stretch], column[stretch])(places[inside])
+    return np.where(on_state, column[nearest], between)

@@ -57,8 +57,8 @@ def test_it_finds_the_truth_within_its_own_spread(result):
     assert np.all(np.abs(posterior.mean() - TRUTH) < 3 * posterior.std()) and np.all(posterior.std() < 0.05)
     # The reference is without error: the most probable parameters are the truth, but for the emulator.
     np.testing.assert_allclose(result.answer.theta, TRUTH, atol=0.02)
-    # Its three runs are a billionth of the ranges apart, which this model shows in proportion.
-    assert len(result.answer.errors) == 3 and result.answer.spread < 1e-5 and result.answer.mean < 1
+    # Its three runs are a millionth of the ranges apart, which this model shows in proportion.
+    assert len(result.answer.errors) == 3 and result.answer.spread < 1e-3 and result.answer.mean < 1
     assert result.best.error == np.nanmin(result.errors) and result.grade is None
     assert result.log_evidence == result.filter.log_evidence and np.isfinite(result.log_evidence)
 
@@ -100,8 +100,8 @@ def test_the_folder_tells_all_of_it(folder, result, tmp_path):
     assert first["posterior_shift"] is None and second["posterior_shift"] == result.filter.shift(1) and second["held_out_error"] < 0.1
     assert last["log_evidence"] == result.log_evidence and first["s"] is None
     curve = np.genfromtxt(folder / "curves" / "experiment_answer.csv", delimiter=",", names=True)
-    # Of one of the three runs there, a billionth of the ranges apart.
-    np.testing.assert_allclose(curve["stress_ratio"], respond(result.answer.theta)["stress_ratio"], rtol=1e-8)
+    # Of one of the three runs there, a millionth of the ranges apart.
+    np.testing.assert_allclose(curve["stress_ratio"], respond(result.answer.theta)["stress_ratio"], rtol=1e-5)
     assert "posterior shift" in (folder / "log.txt").read_text()
     tables = {path.name: np.genfromtxt(path, delimiter=",", names=True) for path in export_csv(result, tmp_path) if path.name != "samples.csv"}
     assert tables["posterior.csv"]["weight"].sum() == pytest.approx(1)
@@ -212,3 +212,14 @@ def test_an_emulator_that_predicts_nothing_is_dropped_in_words(tmp_path):
     log = (tmp_path / "campaign/log.txt").read_text()
     assert dropped and [index for index in range(len(result.learnt)) if f"trained after batch {index} predicts runs no better" in log] == dropped
     assert gc.Result.read(tmp_path / "campaign").learnt == result.learnt and result.stopped_by == "max_iterations"
+
+
+def test_the_runs_at_the_answer_scatter_as_runs_of_the_engine_do():
+    # By the default accuracy too, whose float32 takes parameters for the same that differ in the eighth digit.
+    from graincal import demo
+    from graincal.inference.posterior_filter import APART, REPLICATES
+
+    packing, space = demo.packing(), gc.ParameterSpace.paper()
+    theta = np.array(list(demo.TRUTH.values())) + APART * np.arange(REPLICATES)[:, None] * (space.high - space.low)
+    runs = gc.TriaxialTest(packing, 0.5e6).simulate(theta, at=[0.0, 0.02], threads=1)
+    assert len({run.values["stress_ratio"][-1] for run in runs}) == REPLICATES

@@ -92,6 +92,16 @@ def test_some_fifty_to_a_hundred_states_are_kept(rows):
     assert np.abs(kept.values - curves(TRUTH, kept.control)).max() < 4e-3
 
 
+@pytest.mark.parametrize(("dense", "few"), [(1990, 10), (1940, 60), (1000, 1000)])
+def test_few_rows_far_from_many_are_kept(dense, few):
+    strain = np.concatenate([np.linspace(0, 0.001, dense), np.linspace(0.002, 0.2, few)])
+    whole = Reference(strain, dict(zip(("stress_ratio", "volumetric_strain"), curves(TRUTH, strain).T)))
+    thinning = Thinning.of(whole)
+    far = thinning.first >= dense
+    # No more rows to a state than there are rows for it.
+    assert far.sum() >= min(few, 40) and thinning.counts[far].max() <= max(1, few / 20)
+
+
 def test_a_curve_of_few_rows_is_left_as_it_is():
     whole = reference(thin_rows=20)
     assert len(whole.control) == MOST and not Thinning.of(whole).thinned and Thinning.of(whole).kept is whole
@@ -127,7 +137,7 @@ def test_the_errors_of_the_states_are_those_of_the_means_of_their_rows():
     for state, (first, count) in enumerate(zip(thinning.first, thinning.counts)):
         means[state, first : first + count] = 1 / count
     both = np.kron(np.eye(2), means)
-    for length in (1e-5, 0.01, 0.3):
+    for length in (1e-9, 1e-5, 1e-3, 0.01, 0.3):
         exact = both @ error_model(whole, correlation_length=length, discrepancy=True).covariances[1] @ both.T
         np.testing.assert_allclose(error_model(thinning, correlation_length=length, discrepancy=True).covariances[1], exact, rtol=1e-6, atol=1e-9)
 

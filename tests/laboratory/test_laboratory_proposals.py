@@ -67,7 +67,7 @@ def test_a_proposal_is_a_complete_calibration(tmp_path: Path) -> None:
     assert space.names == ParameterSpace.paper().names
     assert (space.low == ParameterSpace.paper().low).all() and (space.high == ParameterSpace.paper().high).all()
     assert calibration["experiment"][0]["model"] == {
-        "kind": "triaxial", "particles": 1000, "void_ratio": 0.71, "grading": "toyoura", "seed": 1, "confining_pressure": 2e5, "density_scaling": 1e3,
+        "kind": "triaxial", "particles": 1000, "void_ratio": 0.71, "grading": "toyoura", "seed": 1, "confining_pressure": 2e5,
     }  # fmt: skip
     assert calibration["experiment"][0]["reference"]["strain"] == "engineering"
     assert "CHECK: cannot be seen from the file" in proposal

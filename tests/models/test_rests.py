@@ -6,6 +6,7 @@ import pytest
 import graincal as gc
 from graincal import demo
 from graincal.data import Samples
+from graincal.interpolation import interpolate
 from graincal.models.contact_parameters import PARAMETERS
 from graincal.models.rests import FIRST_STRAINS, strains_at_rest, stresses_at_rest
 
@@ -42,6 +43,14 @@ def test_a_path_rests_where_it_turns_around():
     up_and_down = stresses_at_rest(np.array([2e5, 1.5e5]), 1e5)
     np.testing.assert_allclose(up_and_down / 1e5, [1, 10**0.125, 10**0.25, 2, 10**0.25, 10**0.125], rtol=1e-12)
     np.testing.assert_allclose(stresses_at_rest(np.array([0.5e5, 0.9e5]), 1e5) / 1e5, [1, 10**-0.125, 10**-0.25, 0.5, 10**-0.25, 10**-0.125, 1], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("pressure", "at"), [(1e3, [1e7, 1333.52]), (1e4, [2e7, 13335.2]), (1e5, [3.16227766e5, 1.0000000001e5]), (5e4, [1e5, 8e5, 1e5, 4e5])])
+def test_stresses_that_are_rounded_are_reached(pressure, at):
+    at = np.array(at)
+    states = stresses_at_rest(at, pressure)
+    turned = gc.Response(states, {"mean_stress": states}, {}, "mean_stress", pressure, ("mean_stress",))
+    np.testing.assert_allclose(interpolate(turned, at).values["mean_stress"], at, rtol=1e-4)
 
 
 @pytest.mark.parametrize("rows", [5, 50, 500, 2000])

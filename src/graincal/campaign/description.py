@@ -17,10 +17,7 @@ from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import Stop
 from graincal.inference.first_look import FirstLook
-from graincal.models import TESTS, PythonModel, StressPathTest, TableTest
-from graincal.models.economy import INERTIAL_NUMBER
-from graincal.models.rests import REST_EVERY
-from graincal.models.stress_path import STRAINS
+from graincal.models import TESTS, PythonModel, TableTest
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -132,7 +129,7 @@ def _restore_packing(described: Mapping[str, Any]) -> Packing:
 
 
 def _describe_model(model: Model) -> dict[str, Any]:
-    if isinstance(model, StressPathTest):
+    if type(model) is TESTS.get(getattr(model, "kind", None)):
         described = {
             "kind": model.kind,
             "packing": _describe_packing(model.packing),
@@ -140,8 +137,8 @@ def _describe_model(model: Model) -> dict[str, Any]:
             **({"more_packings": [_describe_packing(packing) for packing in model.packings[1:]]} if len(model.packings) > 1 else {}),
             "confining_pressure": None if model.confining_pressure is None else float(model.confining_pressure),
             # As they are in effect, so that other defaults of another version change nothing.
-            **_density(model),
-            "rest_every": None if model.control not in STRAINS else float(model.rest_every or REST_EVERY),
+            **model.density,
+            "rest_every": model.strain_between_rests,
             **model.settings,
             "fixed": dict(model.fixed),
             "largest_flagged_share": model.largest_flagged_share,
@@ -159,13 +156,6 @@ def _describe_model(model: Model) -> dict[str, Any]:
         return {"kind": "python", "function": model.function, "folder": folder, "control": control, **timeout}
     named = model.function if isinstance(model, PythonModel) else type(model)
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
-
-
-def _density(model: StressPathTest) -> dict[str, float]:
-    """What the grains' density follows from."""
-    if model.density_scaling is not None:
-        return {"density_scaling": float(model.density_scaling)}
-    return {"inertial_number": float(model.inertial_number or INERTIAL_NUMBER)}
 
 
 def _restore_model(described: Mapping[str, Any]) -> Model:

@@ -97,7 +97,8 @@ class Experiment:
 
     def _so_far(self, response: Response) -> NDArray[np.float64]:
         """The observables of a run that goes on, at the first of the reference's rows (t, J) that no further state would change."""
-        met = interpolate(replace(response, details={**response.details, "stopped": 1}), self.reference.control)
+        compared = {name: response.values[name] for name in self.reference.names}
+        met = interpolate(replace(response, values=compared, details={**response.details, "stopped": 1}), self.reference.control)
         return met.observables(self.reference.names)
 
     def _compared(self, response: Response) -> Response | Failure:

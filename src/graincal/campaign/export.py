@@ -121,8 +121,12 @@ def _responses(result: Result, experiment: str, control: str) -> tuple[list[str]
 
 
 def _curves(result: Result, id: int) -> dict[str, Any]:
-    outcomes = {experiment.name: result.response(id, experiment.name) for experiment in result.experiments}
-    return {name: dict(outcome.values) for name, outcome in outcomes.items() if isinstance(outcome, Response)}
+    curves = {}
+    for experiment in result.experiments:
+        outcome = result.response(id, experiment.name)
+        if isinstance(outcome, Response):
+            curves[experiment.name] = {experiment.reference.control_name: outcome.control} | dict(outcome.values)
+    return curves
 
 
 def _plain(value: Any) -> Any:

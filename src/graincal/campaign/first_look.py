@@ -24,6 +24,8 @@ def first_look_of(result: Result, calibration: Calibration, named: str) -> First
     columns = [result.space.names.index(name) for name in calibration.space.names]
     known = {experiment.name: number for number, experiment in enumerate(result.experiments)}
     ids, responses = result.ids[result.complete], []
+    if not len(ids):
+        raise InputError(f"{named}: none of its {result.evaluations} evaluations has a response in every experiment, and some were expected to begin with.")
     thinnings = calibration.blank_filter().thinnings
     for experiment, thinning in zip(calibration.experiments, thinnings):
         reference = experiment.reference

@@ -13,6 +13,7 @@ from graincal.campaign.experiment import Experiment
 from graincal.campaign.store import Store, same
 from graincal.data import ParameterSpace, Response, Samples
 from graincal.inference import Stop
+from graincal.inference.posterior_filter import APART, REPLICATES
 
 INFEASIBLE = "infeasible"
 """The kind of a `Failure` by which a model says that a sample's parameters are impossible; other kinds say nothing of them."""
@@ -58,5 +59,5 @@ def learn_again(store: Store, calibration: Calibration) -> Filter:
 
 
 def runs_at_answer(samples: Samples, space: ParameterSpace) -> bool:
-    """Whether they are the runs at one point, but for a billionth of the ranges, with which the method "posterior" ends."""
-    return len(samples) > 1 and bool(np.all(np.ptp(space.to_unit(samples.theta), axis=0) < 1e-7))
+    """Whether they are the runs at one point, but for some millionths of the ranges, with which the method "posterior" ends."""
+    return len(samples) > 1 and bool(np.all(np.ptp(space.to_unit(samples.theta), axis=0) < REPLICATES * APART))

@@ -218,16 +218,21 @@ class Result:
 
     def states(self, experiment: int | str = 0) -> NDArray[np.float64]:
         """The control values (S,) of the states that the model of an experiment comes to, those of its longest response; none where there is no response."""
-        number = self.number(experiment)
-        whole = next((found for id in self.ids[self.complete] if isinstance(found := self.response(int(id), number), Response)), None)
-        return np.empty(0) if whole is None else whole.control
+        number, longest = self.number(experiment), np.empty(0)
+        for id in (*self.ids[self.complete], *self.ids[~self.complete]):
+            outcome = self.response(int(id), number)
+            if isinstance(outcome, Response) and not outcome.stopped:
+                return outcome.control
+            if isinstance(outcome, Response) and len(outcome.control) > len(longest):
+                longest = outcome.control
+        return longest
 
     def responses(self, iteration: int, experiment: int | str = 0) -> dict[str, NDArray[np.float64]]:
         """All responses of an iteration in an experiment, at its `states`: name -> (N, S), in the samples' order, NaN for failures and for what was not run. Feed
         them to the posterior's moments."""
-        outcomes = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids]
+        outcomes, states = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids], len(self.states(experiment))
         names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
-        found = {name: np.full((len(outcomes), len(self.states(experiment))), np.nan) for name in names}
+        found = {name: np.full((len(outcomes), states), np.nan) for name in names}
         for row, outcome in enumerate(outcomes):
             for name in found.keys() & outcome.values.keys() if isinstance(outcome, Response) else ():
                 found[name][row, : len(outcome.values[name])] = outcome.values[name]

@@ -27,7 +27,6 @@ from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference import Iteration, Stop
 from graincal.inference.first_look import FirstLook
-from graincal.models import StressPathTest
 
 NAME = "campaign.db"
 VERSION = 2
@@ -43,7 +42,7 @@ CREATE TABLE evaluation (
     experiment INTEGER NOT NULL,
     state TEXT NOT NULL CHECK (state IN ('waiting', 'finished', 'failed')),
     attempts INTEGER NOT NULL,
-    ended TEXT, seconds REAL, details TEXT, control BLOB, response BLOB, kind TEXT, reason TEXT,
+    ended TEXT, seconds REAL, details TEXT, control BLOB, response BLOB, about TEXT, kind TEXT, reason TEXT,
     PRIMARY KEY (sample, experiment)
 );
 CREATE TABLE iteration (
@@ -53,6 +52,9 @@ CREATE TABLE iteration (
 CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
 """
 
+
+# What a response says of itself beside its numbers.
+_ABOUT = ("control_name", "confining_pressure", "in_pascal")
 
 _STOPPED = "coalesce(json_extract(details, '$.stopped') <> 0, 0)"
 
@@ -185,24 +187,25 @@ class Store:
         """Keep the outcome of one evaluation."""
         details = {name: float(value) for name, value in outcome.details.items()}
         if isinstance(outcome, Response):
-            found = ("finished", pack_array(outcome.control), pack_columns(outcome.values), None, None)
+            about = json.dumps({name: getattr(outcome, name) for name in _ABOUT})
+            found = ("finished", pack_array(outcome.control), pack_columns(outcome.values), about, None, None)
         else:
-            found = ("failed", None, None, outcome.kind, outcome.reason)
+            found = ("failed", None, None, None, outcome.kind, outcome.reason)
         with self._transaction() as db:
             db.execute(
-                """UPDATE evaluation SET state = ?, control = ?, response = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
+                """UPDATE evaluation SET state = ?, control = ?, response = ?, about = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
                    WHERE sample = ? AND experiment = ?""",
                 (*found, _now(), details.get("seconds"), json.dumps(details), int(id), experiment),
             )
 
     def outcome(self, id: int, experiment: int) -> Response | Failure | None:
         """What the evaluation of a sample gave in an experiment; None if it has not ended."""
-        rows = self._rows("SELECT state, details, control, response, kind, reason FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
-        state, details, control, response, kind, reason = rows[0] if rows else ("waiting", *[None] * 5)
+        columns = "state, details, control, response, about, kind, reason"
+        rows = self._rows(f"SELECT {columns} FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
+        state, details, control, response, about, kind, reason = rows[0] if rows else ("waiting", *[None] * 6)
         if state == "finished":
-            model = self.calibration.experiments[experiment].model
-            make = model.response if isinstance(model, StressPathTest) else Response
-            return make(unpack_array(control), unpack_columns(response), json.loads(details))
+            control_name, pressure, in_pascal = (json.loads(about)[name] for name in _ABOUT)
+            return Response(unpack_array(control), unpack_columns(response), json.loads(details), control_name, pressure, tuple(in_pascal))
         return Failure(kind, reason, json.loads(details)) if state == "failed" else None
 
     def counts(self, iteration: int | None = None) -> dict[str, int]:

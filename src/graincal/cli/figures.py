@@ -42,7 +42,7 @@ def draw_response(response: Response, path: Path, control: str, shown: Sequence[
 
 
 def response_figure(response: Response, control: str, shown: Sequence[Panel], reference: Reference | None = None) -> Figure:
-    """The panels of a test's figure, with its recorded states; or the observables of a reference beside it."""
+    """The panels of a test's figure, with the rows of its curve; or the observables of a reference beside it."""
     panels = [Panel(name) for name in reference.observables] if reference else shown
     columns = {**response.values, control: response.control}
     figure = Figure(figsize=(4 * len(panels), 3), layout="constrained")

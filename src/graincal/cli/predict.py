@@ -28,7 +28,7 @@ def predict(
     experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used; the first one by default.", metavar="NAME")] = None,
     against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
-    increment: Annotated[float, typer.Option(help="The axial strain between states.")] = 0.004,
+    increment: Annotated[float, typer.Option(help="The axial strain between rows.")] = 0.004,
     samples: Annotated[int, typer.Option(min=2, help="Simulations, each of parameters drawn from the posterior.")] = 30,
     workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
@@ -130,7 +130,7 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     if path not in known:
         raise InputError(f"--path must be one of {', '.join(known)}, not {path!r}{did_you_mean(path, known)}.")
     target = TESTS[path]
-    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "rest_every", "table")}
+    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "table")}
     return target(**(shared | changes))
 
 

@@ -25,7 +25,7 @@ FURTHEST = 1e6
 # What a comment says of the cell, and the numbers that follow; a matrix may stand in brackets, or go on in comments of nothing but numbers.
 _NUMBER = r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|inf|nan)(?=[\s,;\[\]()]|$)"
 _NUMBERS = rf"(?:[ \t,\[\]()]*{_NUMBER})"
-_CELL = re.compile(rf"(cell\b[^:;\n]*):({_NUMBERS}*(?:[ \t,\[\]()]*\n#{_NUMBERS}+(?=[ \t,\[\]()]*(?:\n|$)))*)")
+_CELL = re.compile(rf"(cell\b(?:(?!cell\b)[^:;\n])*):({_NUMBERS}*(?:[ \t,\[\]()]*\n#{_NUMBERS}+(?=[ \t,\[\]()]*(?:\n|$)))*)")
 
 _HEADER = ["x", "y", "z", "radius"]
 
@@ -141,12 +141,13 @@ class Packing:
         comments = "\n".join(line if line.startswith("#") else "" for line in lines)
         rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
         cells = [(match[1], re.findall(_NUMBER, match[2])) for match in _CELL.finditer(comments)]
-        lengths = next((numbers for name, numbers in cells if name.endswith("cell lengths") and len(numbers) >= 3), None)
+        lengths = next((numbers for name, numbers in cells if name.endswith("cell lengths") and len(numbers) >= 3), [])[:3]
         names = [name.strip() for name in re.split("[,;\t]", rows[0][1])] if rows else []
         if names != _HEADER and (known := _measured(names)):
             raise InputError(f"{path}: this looks like a laboratory file (column '{known[0]}'), and a packing with the header 'x,y,z,radius' was expected.")
         for name, numbers in cells:
-            if len(numbers) > 3:
+            # A matrix, or the upper triangle of one; other numbers after three lengths are said of something else.
+            if len(numbers) in (6, 9):
                 raise InputError(f"{path}: the comment '{name}:' gives {len(numbers)} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected.")
         if not lengths:
             raise InputError(f"{path}: a comment line with 'cell lengths: Lx Ly Lz' in metres is needed before the particles.")

@@ -32,6 +32,9 @@ from graincal.inference.thinning import Thinning
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
 
+# How far apart they are, in parts of the ranges: enough to be another run in float32 too.
+APART = 1e-6
+
 # Of the covariances of the errors: each is held so many times while a likelihood is made of it, and more memory than this is refused.
 COPIES = 3
 MOST_MEMORY = 4e9
@@ -292,10 +295,10 @@ class PosteriorFilter(AskTellFilter):
             return first_look.learn(self.space, self.kept, self.errors, self._rng("look", 0))
 
     def _replicates(self, answer: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The answer, so many times: a billionth of the ranges apart, or a deterministic simulator would give the same run each time."""
+        """The answer, so many times: a millionth of the ranges apart, or a deterministic simulator would give the same run each time."""
         middle = 0.5 * (self.space.low + self.space.high)
         inwards = np.where(answer < middle, 1.0, -1.0)
-        return answer + 1e-9 * np.arange(REPLICATES)[:, None] * inwards * (self.space.high - self.space.low)
+        return answer + APART * np.arange(REPLICATES)[:, None] * inwards * (self.space.high - self.space.low)
 
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""

@@ -105,13 +105,12 @@ class Thinning:
     @staticmethod
     def _within(shares: NDArray[np.float64], control: NDArray[np.float64]) -> float:
         """The variance of one state, by shares and control of its rows (n,)."""
-        # In parts short enough for no exponential to overflow; what lies further apart is not alike.
+        # In parts short enough for no exponential to overflow.
+        part_of = np.floor((control - control[0]) / 100)
         total, before, place = 0.0, 0.0, control[0]
-        for part in np.array_split(np.arange(len(shares)), 1 + int((control[-1] - control[0]) / 100)) if len(shares) else ():
-            if not len(part):
-                continue
+        for part in np.split(np.arange(len(shares)), 1 + np.flatnonzero(np.diff(part_of))):
             own, at = shares[part], control[part]
-            apart = np.minimum(at - at[0], 600)
+            apart = at - at[0]
             running = np.exp(-apart) * np.cumsum(own * np.exp(apart)) + before * np.exp(-(at - place))
             total += 2 * own @ running - own @ own
             before, place = running[-1], at[-1]
@@ -134,10 +133,14 @@ def _means(reference: Reference, first: NDArray[np.intp]) -> Reference:
 
 def _first_rows(reference: Reference) -> NDArray[np.intp]:
     control, values = reference.control, reference.values
-    blocks = np.unique(np.linspace(0, len(control), min(_BLOCKS, len(control)), endpoint=False).astype(np.intp))
+    # As many by the rows as by the control, or a few rows far from many would count for nothing.
+    even = np.searchsorted(control, np.linspace(control[0], control[-1], _BLOCKS, endpoint=False))
+    blocks = np.union1d(np.linspace(0, len(control), min(_BLOCKS, len(control)), endpoint=False).astype(np.intp), even)
     counts = np.diff(np.append(blocks, len(control)))
     middle = np.add.reduceat(control, blocks) / counts
     curve = np.add.reduceat(values, blocks, axis=0) / counts[:, None]
+    # To both ends of the control.
+    middle, curve = np.concatenate([control[:1], middle, control[-1:]]), np.concatenate([curve[:1], curve, curve[-1:]])
     columns = np.column_stack([middle, curve])
     extents = np.ptp(columns, axis=0)
     advance = np.abs(np.diff(columns, axis=0)) / np.where(extents > 0, extents, 1)

@@ -210,7 +210,7 @@ def _model(file: LaboratoryFile, confining_pressure: float | None, grains: tuple
     return [
         f"# The confining pressure in Pa: {pressure}.",
         *(f"# {remark}" for remark in remarks),
-        f'model       = {{ kind = "triaxial", {keys}, confining_pressure = {confining_pressure or file.confining_pressure or 1e5:.6g}, density_scaling = 1e3 }}',
+        f'model       = {{ kind = "triaxial", {keys}, confining_pressure = {confining_pressure or file.confining_pressure or 1e5:.6g} }}',
     ]
 
 

@@ -18,6 +18,7 @@ REST_EVERY = 0.004
 """The strain from one rest to the next, as in Hartmann, Cheng, Thornton (2022)."""
 
 STATES_PER_DECADE = 8
+"""Stored responses are on these states: another choice is another format of the store (`VERSION` in campaign/store.py)."""
 
 
 def strains_at_rest(at: NDArray[np.float64], every: float) -> NDArray[np.float64]:
@@ -29,15 +30,16 @@ def strains_at_rest(at: NDArray[np.float64], every: float) -> NDArray[np.float64
 
 def stresses_at_rest(at: NDArray[np.float64], confining_pressure: float) -> NDArray[np.float64]:
     """The stresses (S,) at which a test rests that goes from its confining pressure through all of `at` (T,), in the unit of both."""
-    decades = np.log10(np.array([at.min(), at.max()]) / confining_pressure)
-    low, high = int(np.floor(min(decades[0], 0) * STATES_PER_DECADE)) - 1, int(np.ceil(max(decades[1], 0) * STATES_PER_DECADE)) + 1
-    return _route(at, confining_pressure, confining_pressure * 10.0 ** (np.arange(low, high + 1) / STATES_PER_DECADE))
+    decades = np.log10(at / confining_pressure)
+    low, high = np.floor(min(decades.min(), 0) * STATES_PER_DECADE) - 1, np.ceil(max(decades.max(), 0) * STATES_PER_DECADE) + 1
+    return confining_pressure * 10.0 ** _route(decades, 0.0, np.arange(low, high + 1) / STATES_PER_DECADE)
 
 
 def _route(at: NDArray[np.float64], start: float, grid: NDArray[np.float64]) -> NDArray[np.float64]:
     """From the start through all of `at`, by the values of an increasing grid: each leg to where the path turns around, the last one to the first value of the
     grid that is not before its end, whatever rows lie on it."""
-    slack = SLACK * np.abs(grid).max()
+    # Closer than the interpolation takes values for the same, which then reaches all that was asked for.
+    slack = 0.1 * SLACK * np.abs(grid).max()
     ways = np.sign(np.diff(at, prepend=start))
     moving = np.flatnonzero(ways)
     turns = moving[1:][np.diff(ways[moving]) != 0] - 1

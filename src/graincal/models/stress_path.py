@@ -171,14 +171,27 @@ class StressPathTest(Economy, ABC):
         """The factor on the grains' density that is in effect."""
         if self.density_scaling is not None:
             return float(self.density_scaling)
-        return float(density_scaling_of(self.packing, self.unit_of_stress, self.inertial_number or INERTIAL_NUMBER))
+        return float(density_scaling_of(self.packing, self.unit_of_stress, self.density["inertial_number"]))
+
+    @property
+    def density(self) -> dict[str, float]:
+        """What the grains' density follows from: the scaling that was given, or else the inertial number, by its name."""
+        if self.density_scaling is not None:
+            return {"density_scaling": float(self.density_scaling)}
+        return {"inertial_number": float(INERTIAL_NUMBER if self.inertial_number is None else self.inertial_number)}
+
+    @property
+    def strain_between_rests(self) -> float | None:
+        """From one state at rest to the next; None for a path that is driven by stress."""
+        if self.control not in STRAINS:
+            return None
+        return float(REST_EVERY if self.rest_every is None else self.rest_every)
 
     @property
     def density_in_words(self) -> str:
         """What the grains' density follows from."""
-        if self.density_scaling is not None:
-            return f"density scaling {self.density_scaling:g}"
-        return f"inertial number {self.inertial_number or INERTIAL_NUMBER:.3g}"
+        ((name, value),) = self.density.items()
+        return f"{name.replace('_', ' ')} {value:.6g}"
 
     @property
     def returned(self) -> tuple[str, ...]:
@@ -289,7 +302,7 @@ class StressPathTest(Economy, ABC):
     def states(self, at: ArrayLike) -> NDArray[np.float64]:
         """The control values (S,) of the states at which the test rests on its way through all of `at` (T,). Raises InputError for what the path cannot reach."""
         if self.control in STRAINS:
-            return strains_at_rest(checked_strains(at), REST_EVERY if self.rest_every is None else self.rest_every)
+            return strains_at_rest(checked_strains(at), self.strain_between_rests)
         return stresses_at_rest(checked_stresses(at, self.control), self.confining_pressure)
 
     def _stages(self, states: NDArray[np.float64]) -> list[_native.Stage]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-ALIKE = 1e-5
-"""Runs that differ by less than this part are alike: they are a billionth of the ranges apart, and the model does not scatter."""
+ALIKE = 1e-3
+"""Errors ε of repeated runs that differ by less than this part, or by less than so many percentage points, are alike: the runs are a millionth of the ranges
+apart, and the model does not scatter."""
 
 
 def estimate(mean: float, spread: float) -> str:
@@ -16,9 +17,14 @@ def estimate(mean: float, spread: float) -> str:
     return f"({shown}) × 10^{{{exponent}}}".replace("-", "−") if exponent else shown
 
 
+def least_spread(mean: float) -> float:
+    """Of the errors ε of several runs, percent: below it they are alike."""
+    return ALIKE * max(abs(mean), 1.0)
+
+
 def repeated(mean: float, spread: float) -> str:
     """The mean of what several runs gave, with its standard deviation unless they are alike: `4.00 ± 0.13`, `1.57`."""
-    return estimate(mean, spread) if spread > ALIKE * abs(mean) else value(mean, 3)
+    return estimate(mean, spread) if spread > least_spread(mean) else value(mean, 3)
 
 
 def between(low: float, high: float) -> str:

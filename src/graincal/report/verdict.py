@@ -210,11 +210,11 @@ def _answer(result: Result, emulated: Emulated) -> str:
     listed = ", ".join(f"{shown.label} {numbers.value(value, 3)}{_unit(shown)}" for shown, value in zip(parameters(result.space), answer.theta))
     said = [f"The answer, which fits best as far as the emulator knows: {listed}."]
     known = np.isfinite(answer.errors)
-    repeated = bool(known.any()) and answer.spread <= numbers.ALIKE * answer.mean
+    repeated = bool(known.any()) and answer.spread <= numbers.least_spread(answer.mean)
     if known.any():
         said.append(f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε; mean ± sd of the runs).")
         if repeated:
-            said.append("The runs, a billionth of the ranges apart, are alike: the model does not scatter.")
+            said.append("The runs, a millionth of the ranges apart, are alike: the model does not scatter.")
     if len(answer.errors) and not known.all():
         said.append(f"{(~known).sum()} of its runs failed.")
     if not len(answer.errors):
@@ -222,7 +222,7 @@ def _answer(result: Result, emulated: Emulated) -> str:
     if best and best.sample in answer.samples:
         closest = f"The luckiest of them, at {best.error:.3g} %, is the closest of all {numbers.count(result.evaluations, 'run')}."
         said.append(f"None of {numbers.count(result.evaluations, 'run')} is closer." if repeated else closest)
-    elif best and best.error < answer.mean - FAR * max(answer.spread, numbers.ALIKE * answer.mean):
+    elif best and best.error < answer.mean - FAR * max(answer.spread, numbers.least_spread(answer.mean)):
         said.append(
             f"Sample {best.sample} is closer by ε, {best.error:.3g} %, and by more than these runs scatter: the answer is chosen by the likelihood, which forgives errors that are "
             "alike along a curve, as those of a device, sooner than ε does."

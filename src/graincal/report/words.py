@@ -108,7 +108,7 @@ def cautions(result: Result) -> tuple[str, ...]:
 def errors_rule() -> str:
     """What ε is, for readers."""
     return (
-        "The error ε of a response: for each observable its distances from the reference, summed over the states, in percent of the reference's summed absolute values (Eq. 5); and the mean of "
+        "The error ε of a response: for each observable its distances from the reference, summed over its rows, in percent of the reference's summed absolute values (Eq. 5); and the mean of "
         "these, weighted where the calibration says so (Eq. 6). Equations are those of Hartmann, Cheng and Thornton (2022), Computers and Geotechnics 141, 104491."
     )
 
