@@ -84,7 +84,7 @@ def test_it_has_to_be_of_the_same_parameters_and_references():
     first = look(cheap_curves, 10)
     for wrong, said in (
         (FirstLook(first.theta[:, :3], first.responses), "the same parameters"),
-        (FirstLook(first.theta, (first.responses[0][:, :-1],)), "the same parameters, experiments, states"),
+        (FirstLook(first.theta, (first.responses[0][:, :-1],)), "the same parameters, experiments and observables as the calibration, at the states"),
         (FirstLook(first.theta + 5, first.responses), "at least two evaluations within the parameters' ranges, and it has 0"),
     ):
         with pytest.raises(InputError, match=said):

@@ -165,7 +165,7 @@ def test_it_stops_when_the_posterior_has_settled_and_runs_the_answer_three_times
     assert filter.stopped_by == "posterior_shift"
     last = filter.iterations[-1].samples.theta
     # A millionth of the box apart: chaos makes of that a run of its own.
-    assert len(last) == 3 and len(np.unique(last, axis=0)) == 3 and np.allclose(last, last[0], atol=1e-8)
+    assert len(last) == 3 and len(np.unique(last, axis=0)) == 3 and np.allclose(last, last[0], atol=3e-6)
     assert np.nanmin(filter.iterations[-1].errors) < 3
     assert len(filter.evaluations) <= 80
 
