@@ -35,7 +35,7 @@ class Simulation:
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
     law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = StressPathTest.law
     rest_every: Annotated[float | None, typer.Option(help="The strain from one state at rest to the next; rows between them are interpolated.", show_default="0.004")] = None
-    accuracy: Annotated[str, typer.Option(help="standard; or reference, step by step as YADE, twice as long.", metavar="NAME")] = Economy.accuracy
+    accuracy: Annotated[str, typer.Option(help="standard; or reference, step by step as YADE, nearly twice as long.", metavar="NAME")] = Economy.accuracy
     inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, from which the grains' density follows.", show_default=f"{INERTIAL_NUMBER:g}")] = None
     density_scaling: Annotated[float | None, typer.Option(help="Factor on the grains' density, instead of the inertial number.")] = None
     time_step_bound: Annotated[str | None, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME", show_default="by accuracy")] = None
