@@ -17,7 +17,8 @@ import graincal as gc
 from graincal import demo
 from graincal.dem.preparation import prepare
 from graincal.models.contact_parameters import PARAMETERS
-from graincal.models.stress_path import LAWS, PRECISIONS, relative_run_lengths
+from graincal.models.economy import PRECISIONS
+from graincal.models.stress_path import LAWS, relative_run_lengths
 
 CONFINING_PRESSURE = 0.5e6
 STRAINS = 0.004 * np.arange(51)
