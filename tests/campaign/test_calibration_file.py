@@ -116,6 +116,8 @@ def write_triaxial(folder, *replacements):
         (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy was expected.'),
         ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance, thin was expected.'),
         (THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false", "\n[stop]\ns = 0.01", 'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations.'),
+        ("alpha = 10", "workers = 2", "filter.workers is not a key that is known here, it belongs under [run]."),
+        ("[stop]\n", "[stop]\nthin = true\n", "stop.thin is not a key that is known here, it belongs under [filter]."),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("alpha = 10", "early_stop = 1", "filter.early_stop must be true or false, not 1."),
         ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift is a criterion of method = "posterior", and "iterative-bayesian" looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations.'),

@@ -256,6 +256,11 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     again = tmp_path / "again.csv"
     called = call(*given, *truth, "--at", file, "-o", again)
     assert "together 0.00 %" in called.err and called.err.endswith(f"\nWritten to {again}.\n")
+    assert "only the rows" not in called.err
+    set_there = tmp_path / "set.toml"
+    set_there.write_text(file.read_text().replace('kind = "triaxial"', 'kind = "triaxial", rest_every = 0.01, accuracy = "reference"'))
+    noted = call(*given, *truth, "--at", set_there, "--rest-every", "0.01", "-o", tmp_path / "noted.csv").err
+    assert noted.startswith(f"Note: only the rows are taken from {set_there}. For the settings of its model add --accuracy reference.\n")
     other = call(*given[:-1], "2e5", *truth, "--at", file)
     assert other.code == 1 and other.err == f'{file}: one experiment at the confining pressure of 200000 Pa was expected, and there is "tiny" at 500000 Pa.\n'
     checked = call("check", file)

@@ -15,6 +15,7 @@ from graincal.cli.simulate import Simulation
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS
 from graincal.models.economy import INERTIAL_NUMBER, Economy
+from graincal.models.stress_path import unusual
 
 THETA = [7.8, 0.2, 30.0, 0.1, 0.3]
 PRESSURE = 1e5
@@ -162,7 +163,9 @@ def test_what_saves_steps_must_mean_something(packing, table):
         ({"inertial_number": 1e-3, "density_scaling": 10.0}, "density_scaling and inertial_number are both given"),
         ({"inertial_number": 0.0}, "inertial_number must be a positive number, not 0.0"),
         ({"accuracy": "high"}, "accuracy must be 'standard' or 'reference', not 'high'"),
-        ({"rest_every": 0.4e-5}, "rest_every must be a strain from 1e-5 to 1, a fraction and not percent, not 4e-06"),
+        ({"inertial_number": 5.0}, "inertial_number must be from 1e-06 to 0.1, not 5"),
+        ({"rest_every": 0.4e-5}, "rest_every must be a strain from 1e-05 to 0.05, a fraction and not percent, not 4e-06"),
+        ({"rest_every": 0.4}, "rest_every must be a strain from 1e-05 to 0.05, a fraction and not percent, not 0.4"),
         ({"time_step_bound": "true"}, "time_step_bound must be 'grain' or 'contact', not 'true'"),
         ({"mass_exponent": 4.0}, "mass_exponent must be a number from 0 to 3, not 4.0"),
         ({"inertia_factor": 0.0}, "inertia_factor must be a number above 0, not 0.0"),
@@ -195,3 +198,11 @@ def test_a_default_stands_in_one_place():
         shared = options.keys() & of_the_test.keys() - {"packing", "confining_pressure", "fixed"}
         assert shared >= {field.name for field in fields(Economy)}
         assert {name: options[name].default for name in shared} == {name: of_the_test[name] for name in shared}
+
+
+def test_a_test_that_is_far_from_quasi_static_is_pointed_out(packing):
+    fast = gc.TriaxialTest(packing, PRESSURE, inertial_number=0.05)
+    assert unusual(fast) == ["the inertial number is 0.05; above 0.003 the grains' inertia changes the curve."]
+    scaled = gc.TriaxialTest(packing, PRESSURE, density_scaling=fast.scaling)
+    assert unusual(scaled) == unusual(fast) and scaled.density_in_words.endswith("an inertial number of 0.05")
+    assert unusual(gc.TriaxialTest(packing, PRESSURE)) == []

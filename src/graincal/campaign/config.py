@@ -20,7 +20,8 @@ from graincal.dem.stress_path_table import StressPathTable
 from graincal.files import unreadable
 from graincal.inference import DEFAULT_METHOD, METHODS, Stop
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
-from graincal.models.economy import Economy
+from graincal.models.economy import INERTIAL_NUMBERS, Economy
+from graincal.models.rests import RESTS_EVERY
 from graincal.suggestion import did_you_mean
 
 Positive = Annotated[float, Field(gt=0)]
@@ -65,6 +66,8 @@ class Observable(Section):
 
 
 class ReferenceFile(Section):
+    called: ClassVar[str] = "[experiment.reference]"
+
     file: str = Field(description="the name of a laboratory file")
     columns: Texts = Field({}, description='a table of quantities and headers, such as { axial_strain = "Ea(%)" }')
     units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
@@ -77,14 +80,16 @@ class ReferenceFile(Section):
 
 
 class StressPathModel(Section):
+    called: ClassVar[str] = "[experiment.model]"
+
     kind: str = Field(description=f"one of {', '.join(TESTS)}")
     confining_pressure: Positive = Field(description="a number above 0, in Pa")
     density_scaling: Positive | None = Field(None, description="a number above 0")
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
     largest_flagged_share: float = Field(StressPathTest.largest_flagged_share, ge=0, le=1, description="a number from 0 to 1")
     step_limit: int = Field(StressPathTest.step_limit, ge=1, description="a whole number above 0")
-    inertial_number: Positive | None = Field(None, description="a number above 0")
-    rest_every: float | None = Field(None, ge=1e-5, lt=1, description="a strain from 1e-5 to 1, as a fraction")
+    inertial_number: float | None = Field(None, ge=INERTIAL_NUMBERS[0], le=INERTIAL_NUMBERS[1], description="a number from {:g} to {:g}".format(*INERTIAL_NUMBERS))
+    rest_every: float | None = Field(None, ge=RESTS_EVERY[0], le=RESTS_EVERY[1], description="a strain from {:g} to {:g}, as a fraction".format(*RESTS_EVERY))
     accuracy: Literal["standard", "reference"] = Field(Economy.accuracy, description='"standard" or "reference"')
     time_step_bound: Literal["grain", "contact"] | None = Field(None, description='"grain" or "contact"')
     mass_exponent: float | None = Field(None, ge=0, le=3, description="a number from 0 to 3")
@@ -207,6 +212,8 @@ class ExperimentEntry(Section):
 
 
 class FilterSection(Section):
+    called: ClassVar[str] = "[filter]"
+
     method: str = Field(DEFAULT_METHOD, description=" or ".join(f'"{method}"' for method in METHODS))
     alpha: Positive = Field(10, description="a number above 0")
     effective_sample_size: float = Field(0.3, gt=0, lt=1, description="a number between 0 and 1")
@@ -223,6 +230,8 @@ class FilterSection(Section):
 
 
 class LookSection(Section):
+    called: ClassVar[str] = "[first_look]"
+
     model: dict[str, Any] = Field(min_length=1, description="a table of keys that make every experiment's model cheaper, such as { particles = 250 }")
     max_evaluations: int | None = Field(None, ge=10, description="a whole number, at least 10")
 
@@ -259,6 +268,8 @@ class LookSection(Section):
 
 
 class StopSection(Section):
+    called: ClassVar[str] = "[stop]"
+
     s: NotNegative | Off = Field(0.01, description="a number, not negative, or false")
     gl_error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
     error: NotNegative | Off = Field(2.0, description="percent, not negative, or false")
@@ -269,6 +280,8 @@ class StopSection(Section):
 
 
 class RunSection(Section):
+    called: ClassVar[str] = "[run]"
+
     workers: Count | Literal["all"] = Field("all", description='a whole number above 0, or "all"')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
 

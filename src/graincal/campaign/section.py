@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, ClassVar, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -15,6 +15,9 @@ from graincal.suggestion import did_you_mean
 
 class Section(BaseModel):
     """A table of the file. Each field's description says what is expected, as the end of a sentence."""
+
+    called: ClassVar[str] = ""
+    """The table's name in the file, where it has one of its own: keys that stand in another table are pointed to it."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -29,6 +32,8 @@ class Section(BaseModel):
             raise mistake(f" must be a table with {', '.join(cls.model_fields)}, not {_show(table)}")
         for key in table:
             if key not in cls.model_fields:
+                if elsewhere := [table.called for table in Section.__subclasses__() if table.called and key in table.model_fields]:
+                    raise mistake(f".{key} is not a key that is known here, it belongs under {' or '.join(elsewhere)}")
                 raise mistake(f".{key} is not a key that is known here{did_you_mean(key, cls.model_fields)}, and one of {', '.join(cls.model_fields)} was expected")
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in table:

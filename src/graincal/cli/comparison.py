@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import typer
 
 from graincal.campaign import Experiment, Result
-from graincal.campaign.config import read_references
+from graincal.campaign.config import ExperimentEntry, read_references
 from graincal.data import InputError, Reference
 from graincal.models import TriaxialTest
 from graincal.models.stress_path import RETURNED
@@ -58,12 +59,21 @@ def _of_laboratory(path: Path, confining_pressure: float, measured_like: Experim
     )
 
 
+def settings_of(path: Path, confining_pressure: float) -> dict[str, Any]:
+    """The settings of the model whose reference `read_comparison` takes from a calibration file; none for a laboratory file."""
+    return _in_calibration(path, confining_pressure)[0].model.given() if path.suffix == ".toml" else {}
+
+
 def _of_calibration(path: Path, confining_pressure: float) -> Reference:
+    return _in_calibration(path, confining_pressure)[1]
+
+
+def _in_calibration(path: Path, confining_pressure: float) -> tuple[ExperimentEntry, Reference]:
     found = read_references(path)
     # A model of one's own may stand for any test; of the built-in ones, a triaxial test is compared with triaxial ones.
     found = [(entry, reference) for entry, reference in found if entry.model.kind in (TriaxialTest.kind, "python")]
     pressures = [getattr(entry.model, "confining_pressure", None) for entry, _ in found]
-    fitting = [reference for pressure, (_, reference) in zip(pressures, found) if pressure is None or np.isclose(pressure, confining_pressure)]
+    fitting = [pair for pressure, pair in zip(pressures, found) if pressure is None or np.isclose(pressure, confining_pressure)]
     if len(fitting) == 1:
         return fitting[0]
     there = ", ".join(f'"{entry.name}"' + (f" at {pressure:g} Pa" if pressure else "") for pressure, (entry, _) in zip(pressures, found))

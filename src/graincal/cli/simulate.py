@@ -76,6 +76,13 @@ class Simulation:
             written = [f"Written to {path}." for path in (self.output, self.plot) if path is not None]
             typer.echo("\n".join([*_describe(outcome, reference), *written]), err=True)
 
+    def say_what_differs(self, path: Path, settings: Mapping[str, Any]) -> None:
+        """Only rows are read from a calibration file: name the settings of its model that are others here."""
+        differ = [name for name in _OF_THE_TEST if name in settings and settings[name] != getattr(self, name)]
+        if differ and not self.quiet:
+            options = " ".join(f"--{name.replace('_', '-')} {settings[name]}" for name in differ)
+            typer.echo(f"Note: only the rows are taken from {path}. For the settings of its model add {options}.", err=True)
+
 
 _OF_THE_TEST = (
     "law", "rest_every", "accuracy", "inertial_number", "density_scaling", "time_step_bound", "mass_exponent", "precision", "inertia_factor", "settling_damping", "strain_ramp",
@@ -118,15 +125,18 @@ def triaxial(
     confining_pressure: ConfiningPressure,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.", show_default="0.2")] = None,
     increment: Annotated[float | None, typer.Option(help="The axial strain between the rows of the curve.", show_default="0.004")] = None,
-    at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
+    at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), whose rows alone are read, or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
 ) -> None:
     """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
+    reference = None
     if at and (axial_strain is not None or increment is not None):
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
     if at:
-        from graincal.cli.comparison import read_comparison
-    reference = read_comparison(at, confining_pressure) if at else None
-    strains = reference.control if reference else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
+        from graincal.cli.comparison import read_comparison, settings_of
+
+        reference = read_comparison(at, confining_pressure)
+        simulation.say_what_differs(at, settings_of(at, confining_pressure))
+    strains = reference.control if at else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
     simulation.run("triaxial", strains, reference, confining_pressure=confining_pressure)
 
 

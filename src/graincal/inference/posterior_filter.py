@@ -371,4 +371,7 @@ class PosteriorFilter(AskTellFilter):
         answer = REPLICATES if self.emulator else 0
         if self.stop.max_evaluations is not False and self.stop.max_evaluations < self.first_batch + answer:
             runs = f" and the {answer} runs at the answer" if answer else ""
-            raise InputError(f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples{runs}.")
+            raise InputError(
+                f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples{runs}: "
+                f"at least {self.first_batch + answer}, or a smaller filter.first_batch, was expected."
+            )

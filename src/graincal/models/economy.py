@@ -33,6 +33,12 @@ INERTIAL_NUMBER = 1.36e-3
 """Of axial loading, at every confining pressure: that of the density scaling of 1,000 in Hartmann, Cheng, Thornton (2022), at 0.5 MPa on their packing of 1,000
 particles (docs/density-scaling.md)."""
 
+INERTIAL_NUMBERS = (1e-6, 0.1)
+"""Those of a test that can be run and is still one of a packing at rest. At the lower a test takes a thousand times the steps of the default."""
+
+QUASI_STATIC = 3e-3
+"""Above this inertial number stresses are those of the grains' inertia too (docs/density-scaling.md)."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Economy:

@@ -17,6 +17,9 @@ FIRST_STRAINS = (0.0005, 0.001, 0.002, 0.003)
 REST_EVERY = 0.004
 """The strain from one rest to the next, as in Hartmann, Cheng, Thornton (2022)."""
 
+RESTS_EVERY = (1e-5, 0.05)
+"""What REST_EVERY may be instead. Between states further apart than the curve's bends, interpolation would make up a curve."""
+
 STATES_PER_DECADE = 8
 """Stored responses are on these states: another choice is another format of the store (`VERSION` in campaign/store.py)."""
 

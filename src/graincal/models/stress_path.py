@@ -20,10 +20,10 @@ from graincal.dem.packing import Packing
 from graincal.execution import OneByOne, available_cores
 from graincal.interpolation import interpolate
 from graincal.models.contact_parameters import PARAMETERS, limits_of, meant, outside, unusual_parameters
-from graincal.models.economy import DENSITY, INERTIAL_NUMBER, Economy, density_scaling_of
+from graincal.models.economy import DENSITY, INERTIAL_NUMBER, INERTIAL_NUMBERS, QUASI_STATIC, Economy, density_scaling_of, inertial_number
 from graincal.models.plausibility import impossible_pressure, unusual_pressure
 from graincal.models.proportion import ENGINE_PRESSURE, for_engine, from_engine
-from graincal.models.rests import REST_EVERY, strains_at_rest, stresses_at_rest
+from graincal.models.rests import REST_EVERY, RESTS_EVERY, strains_at_rest, stresses_at_rest
 from graincal.suggestion import did_you_mean
 
 LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
@@ -125,6 +125,9 @@ class StressPathTest(Economy, ABC):
             raise InputError(wrong)
         if self.density_scaling is not None and self.inertial_number is not None:
             raise InputError("density_scaling and inertial_number are both given, and one of them was expected.")
+        if self.inertial_number is not None and not INERTIAL_NUMBERS[0] <= self.inertial_number <= INERTIAL_NUMBERS[1]:
+            low, high = INERTIAL_NUMBERS
+            raise InputError(f"inertial_number must be from {low:g} to {high:g}, not {self.inertial_number:g}.")
         self._check_rests()
         self.check_economy()
         if not (isinstance(self.largest_flagged_share, Real) and 0 <= self.largest_flagged_share <= 1):
@@ -158,8 +161,9 @@ class StressPathTest(Economy, ABC):
             return
         if self.control not in STRAINS:
             raise InputError(f"rest_every is a strain, and {self.name_with_article} that is driven by {self.control} rests at states of its own: leave it out.")
-        if not (isinstance(every, Real) and 1e-5 <= every < 1):
-            raise InputError(f"rest_every must be a strain from 1e-5 to 1, a fraction and not percent, not {every!r}.")
+        low, high = RESTS_EVERY
+        if not (isinstance(every, Real) and low <= every <= high):
+            raise InputError(f"rest_every must be a strain from {low:g} to {high:g}, a fraction and not percent, not {every!r}.")
 
     @property
     def unit_of_stress(self) -> float:
@@ -188,10 +192,16 @@ class StressPathTest(Economy, ABC):
         return float(REST_EVERY if self.rest_every is None else self.rest_every)
 
     @property
+    def inertia(self) -> float:
+        """The inertial number of axial loading that is in effect."""
+        return self.density.get("inertial_number", float(inertial_number(self.packing, self.unit_of_stress, self.scaling)))
+
+    @property
     def density_in_words(self) -> str:
-        """What the grains' density follows from."""
+        """What the grains' density follows from, and the inertial number."""
         ((name, value),) = self.density.items()
-        return f"{name.replace('_', ' ')} {value:.6g}"
+        said = f"{name.replace('_', ' ')} {value:.6g}"
+        return said if name == "inertial_number" else f"{said}, an inertial number of {self.inertia:.3g}"
 
     @property
     def returned(self) -> tuple[str, ...]:
@@ -360,9 +370,10 @@ class StressPathTest(Economy, ABC):
 
 
 def unusual(test: StressPathTest) -> list[str]:
-    """What is to be said of a test at a pressure, or with a fixed modulus, that another unit was probably meant for."""
-    pressure = test.confining_pressure
-    said = [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
+    """What is to be said of a test that is far from quasi-static, or at a pressure, or with a fixed modulus, that another unit was probably meant for."""
+    pressure, inertia = test.confining_pressure, test.inertia
+    said = [f"the inertial number is {inertia:.3g}; above {QUASI_STATIC:g} the grains' inertia changes the curve."] if inertia > QUASI_STATIC else []
+    said += [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
     said += unusual_parameters({f"fixed.{name}": (value,) for name, value in test.fixed.items()})
     return [doubt for doubt in said if doubt]
 
