@@ -10,7 +10,8 @@ from graincal.inference import PosteriorFilter, Stop
 from graincal.inference.early_stop import MOST_DROPPED, EarlyStop, FirstStates, segments
 from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import error_model
-from graincal.inference.likelihood import columns, log_likelihood, marginal
+from graincal.inference.likelihood import log_likelihood, marginal
+from graincal.inference.reduction import columns
 from graincal.inference.reduction import Reduction
 from graincal.inference.thinning import Thinning
 
@@ -47,7 +48,7 @@ def run(filter, model):
 
 def test_all_states_bound_the_likelihood_by_itself():
     reference = measured(TRUTH)
-    errors = error_model(reference)
+    errors = error_model(reference, discrepancy=False)
     response = test_curves(TRUTH + 0.02)
     exact = marginal(log_likelihood(response, reference, errors), errors.log_prior)
     assert first_states(reference, errors).bound(response[0]) == pytest.approx(exact[0], rel=1e-9)
@@ -57,7 +58,7 @@ def test_all_states_bound_the_likelihood_by_itself():
 def test_first_states_allow_what_a_perfect_rest_would_have(states):
     # The response that is the most probable, given its first states, goes on as the errors of those lead one to expect.
     reference = measured(TRUTH)
-    errors = error_model(reference, correlation_length=0.3)
+    errors = error_model(reference, correlation_length=0.3, discrepancy=False)
     response = test_curves(TRUTH + 0.05)[0]
     covariance, residual = errors.covariances[0], columns(reference.values - response)
     known = np.tile(np.arange(len(response)) < states, response.shape[1])
@@ -72,7 +73,7 @@ def test_first_states_allow_what_a_perfect_rest_would_have(states):
 
 def test_more_states_and_less_scatter_bound_more_tightly():
     reference = measured(TRUTH)
-    errors = error_model(reference)
+    errors = error_model(reference, discrepancy=False)
     response = test_curves(TRUTH + 0.1)[0]
     exact, scattering = first_states(reference, errors), first_states(reference, errors, simulator=0.01 * np.ones(2 * response.size // 2))
     bounds = [exact.bound(response[:t]) for t in range(len(response) + 1)]
@@ -82,7 +83,7 @@ def test_more_states_and_less_scatter_bound_more_tightly():
 
 def test_only_samples_with_a_limit_are_ever_hopeless():
     reference = measured(TRUTH)
-    states = first_states(reference, error_model(reference))
+    states = first_states(reference, error_model(reference, discrepancy=False))
     far, near = test_curves(1 - TRUTH)[0], reference.values
     # In the second experiment a sample may fit perfectly, whatever it did in the first.
     early_stop = EarlyStop((states, states), {4: 2 * states.largest - 50.0}, (Thinning.of(reference),) * 2)
@@ -158,7 +159,7 @@ def test_what_is_dropped_is_what_it_would_have_weighed_at_most():
     run(filter, test_curves)
     stopped = filter.evaluations.stopped
     assert stopped.sum() > 5
-    errors = error_model(reference, correlation_length=0.001)
+    errors = error_model(reference, correlation_length=0.001, discrepancy=False)
     logs = marginal(log_likelihood(test_curves(filter.evaluations.theta), reference, errors), errors.log_prior)
     log_weights = filter.evaluations.log_weights(logs, np.full(len(logs), True))
     drawn = np.sum(filter.evaluations.proposal >= 0)

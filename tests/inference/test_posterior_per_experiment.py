@@ -50,7 +50,7 @@ SPACE = ParameterSpace({name: (m - h, m + h) for name, m, h in zip("abc", (MEAN[
 
 @pytest.fixture(scope="module")
 def filter():
-    found = PosteriorFilter(SPACE.for_experiments(["first", "second"]), REFERENCES, correlation_length=CORRELATION_LENGTH, stop=SIXTY)
+    found = PosteriorFilter(SPACE.for_experiments(["first", "second"]), REFERENCES, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=SIXTY)
     while not found.finished:
         samples = found.ask()
         found.tell(samples, [curves(samples.theta[:, seen]) for seen in SEEN])

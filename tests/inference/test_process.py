@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import pytest
 from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 from graincal import Reference
 from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import error_model
 from graincal.inference.likelihood import ReducedLikelihood
-from graincal.inference.process import JITTER, Process
+from graincal.inference.process import JITTER, Kernel, Process
 from graincal.inference.warping import even_powers, warped
 
 
@@ -23,7 +26,9 @@ def process():
 
 def test_it_predicts_what_scikit_learn_does(process):
     unit, fitted = process
-    peer = GaussianProcessRegressor(fitted.kernel, alpha=JITTER, optimizer=None).fit(unit, fitted.values)
+    variance, lengths, nugget = fitted.kernel
+    kernel = ConstantKernel(variance) * Matern(lengths, nu=1.5) + WhiteKernel(nugget)
+    peer = GaussianProcessRegressor(kernel, alpha=JITTER, optimizer=None).fit(unit, fitted.values)
     points = np.random.default_rng(1).random((50, 2))
     mean, std = peer.predict(points, return_std=True)
     ours, variance = fitted.predict(points)
@@ -31,7 +36,28 @@ def test_it_predicts_what_scikit_learn_does(process):
     np.testing.assert_allclose(variance + fitted.nugget, std**2, atol=1e-8)
     # But for the constant that it leaves out.
     constant = 0.5 * len(unit) * np.log(2 * np.pi)
-    assert fitted.log_likelihood(unit) - constant == pytest.approx(peer.log_marginal_likelihood_value_, abs=1e-6)
+    surprise, slope = fitted.surprise(unit)
+    assert -surprise - constant == pytest.approx(peer.log_marginal_likelihood_value_, abs=1e-6)
+    step = np.zeros_like(unit)
+    step[3, 1] = 1e-5
+    assert slope[3, 1] == pytest.approx((fitted.surprise(unit + step)[0] - fitted.surprise(unit - step)[0]) / 2e-5, rel=1e-5)
+
+
+def test_its_kernel_is_the_most_probable(process):
+    unit, fitted = process
+
+    def surprise(kernel):
+        # With what kernels are thought to be before there is a value.
+        numbers = np.log([kernel.variance, *kernel.lengths, kernel.nugget])
+        away = (numbers - np.log([3, 1, 1, 1e-3])) / np.log([10, 3, 3, 30])
+        other = copy(fitted)
+        other.kernel = kernel
+        return other.surprise(unit)[0] + 0.5 * away @ away
+
+    variance, lengths, nugget = fitted.kernel
+    for factor in (0.8, 1.25):
+        for other in (Kernel(factor * variance, lengths, nugget), Kernel(variance, lengths * [factor, 1], nugget), Kernel(variance, lengths, factor * nugget)):
+            assert surprise(other) > surprise(fitted.kernel)
 
 
 def test_draws_at_several_points_have_its_covariance(process):

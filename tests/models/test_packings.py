@@ -74,15 +74,16 @@ def test_the_longest_run_on_any_packing_starts_first():
     assert [run.index for run in runs] == [3, 4, 1, 2, 0]
 
 
-def test_several_packings_are_kept_with_a_campaign_and_scatter_like_the_laboratory_s():
+def test_several_packings_are_kept_with_a_campaign_and_their_mean_is_emulated():
     reference = Reference(STRAINS, {"stress_ratio": [1.0, 1.5, 1.8]})
     space = ParameterSpace(dict(zip(NAMES, [(7, 9), (0, 0.5), (10, 50), (0, 1), (0, 1)])))
-    # Of two packings one cannot say what a third would be.
-    for test, scatters in ((TEST, True), (TriaxialTest(PACKINGS[:2], 2e5), False), (TriaxialTest(PACKINGS[0], 2e5), False)):
+    for test in (TEST, TriaxialTest(PACKINGS[:2], 2e5), TriaxialTest(PACKINGS[0], 2e5)):
         given = Calibration(space, [Experiment("drained", test, reference)], "posterior")
         for calibration in (given, Store.create(given).calibration):
             (experiment,) = calibration.experiments
-            assert calibration.new_filter().scatters == (scatters,) and len(experiment.model.packings) == len(test.packings)
+            (siblings,) = calibration.new_filter().siblings
+            # Siblings as large as the packing itself.
+            assert (siblings.own, siblings.share) == (len(test.packings), 1.0) and len(experiment.model.packings) == len(test.packings)
             np.testing.assert_array_equal(experiment.model.packings[-1].positions, test.packings[-1].positions)
 
 

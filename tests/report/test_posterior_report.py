@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("fewer_draws")
 @pytest.fixture(scope="module")
 def result():
     reference = gc.Reference(soil.STRAIN, soil.reference().observables, measurement_errors=ERRORS)
-    options = {"method": "posterior", "seed": 3, "workers": 1, "stop": gc.Stop(max_iterations=2)}
+    options = {"method": "posterior", "seed": 3, "workers": 1, "stop": gc.Stop(max_iterations=2), "discrepancy": False}
     return gc.calibrate(gc.PythonModel(soil.respond), reference, soil.SPACE, truth={"phi": 30.0}, **options)
 
 
@@ -106,8 +106,10 @@ def test_every_figure_is_drawn_by_matplotlib_too(result):
 
 def test_the_table_shows_what_a_discrepancy_does(result, emulated):
     assert emulated.without_discrepancy is None
-    allowed = copy(result)
-    allowed.calibration = replace(result.calibration, filter_options={"discrepancy": True})
+    allowed, filter = copy(result), copy(result.filter)
+    filter.error_options = {**filter.error_options, "discrepancy": True}
+    filter._take_errors()
+    allowed.__dict__["filter"] = filter
     table = tables.of_identified(Emulated(allowed, emulated.emulation), verdict.verdicts(emulated))
     assert len(table.head) == len(table.rows[0])
     # The emulation at hand has none either, and so the two columns say the same but for the draws.
@@ -149,8 +151,8 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
     filter = copy(result.filter)
-    filter._emulations = [*filter._emulations[:-2], *(replace(each, of_mean=(0.0001,)) for each in filter._emulations[-2:])]
-    assert "has not settled: after one of the last two batches the emulator predicted nothing by which to tell" in said(stopped_by=None, _filter=filter, filter=filter)
+    filter._emulations = [replace(each, of_mean=(0.0001,)) for each in filter._emulations]
+    assert "has not settled: the emulator predicts nothing by which to tell" in said(stopped_by=None, _filter=filter, filter=filter)
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
@@ -197,7 +199,9 @@ def test_what_may_yet_move_is_said_first(result, emulated):
     assert verdict.found(settled, emulated)[0][0] == "Parameters"
     unsure = copy(emulated)
     unsure.__dict__["unsure"] = 0.97
-    assert verdict.found(settled, unsure)[0][1][0].startswith("Preliminary: 97 % of the probability lies where too few runs were made.")
+    assert verdict.found(result, unsure)[0][1][0].startswith("Preliminary: 97 % of the probability lies where too few runs were made.")
+    # What is known is not preliminary.
+    assert verdict.found(settled, unsure)[0][0] == "Parameters"
 
 
 def test_before_the_end_it_says_what_is_known_so_far(result, tmp_path):

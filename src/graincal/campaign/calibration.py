@@ -30,8 +30,11 @@ def round_of(method: str) -> str:
 
 
 _OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance", "thin")
-FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "thin", "correlation_length", "discrepancy")}
+FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "thin", "correlation_length", "discrepancy", "packing_scatter")}
 """The options of each method's filter."""
+
+FILLING, MOST_FILLING = 1e10, 60
+"""Particle-steps of the built-in engine that fill the ranges before anything is learnt, some minutes on two cores; and the most runs, times the number of parameters."""
 
 _LIMITS = ("max_iterations", "max_evaluations")
 CRITERIA = dict.fromkeys(METHODS, ("s", "gl_error_increment", "error", "error_increment", *_LIMITS)) | {POSTERIOR: ("posterior_shift", *_LIMITS)}
@@ -72,6 +75,24 @@ class Calibration:
             object.__setattr__(self, "space", self.space.for_experiments([experiment.name for experiment in self.experiments]))
             object.__setattr__(self, "truth", _truth_of_unknowns(self.space, self.truth))
         object.__setattr__(self, "truth", MappingProxyType(dict(self.truth)))
+        if self.method == POSTERIOR and "first_batch" not in self.filter_options and (count := self._filling()):
+            object.__setattr__(self, "filter_options", MappingProxyType({**self.filter_options, "first_batch": count}))
+
+    def _filling(self) -> int | None:
+        """How many runs fill the ranges first, by what they cost in particle-steps and by no clock: for the built-in engine. None for the filter's own number, where every run counts."""
+        try:
+            n = self.space.size
+            middle = np.linspace(0, 1, 21)[:, None] * np.ones(n)
+            samples = Samples(np.arange(len(middle)), self.space.from_unit(middle), self.space.names)
+            costs = [experiment.expected_particle_steps(self.space.seen_by(number, samples)) for number, experiment in enumerate(self.experiments)]
+        except (AttributeError, InputError):
+            # What is wrong with it `check` says.
+            return None
+        if any(cost is None for cost in costs) or not costs or self.first_look or self.look:
+            return None
+        count = int(np.clip(FILLING / np.mean(costs, axis=1).sum(), 4 * n, MOST_FILLING * n))
+        most = self.stop.max_evaluations
+        return count if most is False else int(np.clip(count, 4 * n, max(4 * n, most // 3)))
 
     def check(self) -> Calibration:
         """Raise InputError for what cannot be calibrated, before anything is evaluated; the calibration itself otherwise."""
@@ -113,14 +134,14 @@ class Calibration:
     def _filter(self, **options: Any) -> Filter:
         references = [experiment.reference for experiment in self.experiments]
         options |= self.filter_options
-        if self.method == POSTERIOR:
-            options["scatters"] = [experiment.scatters for experiment in self.experiments]
+        if self.method == POSTERIOR and options.pop("packing_scatter", True):
+            options["siblings"] = [experiment.siblings for experiment in self.experiments]
         return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **options)
 
     @property
     def error_options(self) -> dict[str, Any]:
         """What is taken for granted of the references' errors, as options of `error_model`: those of the method "posterior", and its defaults by others."""
-        return {"correlation_length": self.filter_options.get("correlation_length"), "discrepancy": self.filter_options.get("discrepancy", False)}
+        return {"correlation_length": self.filter_options.get("correlation_length"), "discrepancy": self.filter_options.get("discrepancy")}
 
     @property
     def number_of_workers(self) -> int:

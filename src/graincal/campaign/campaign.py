@@ -14,6 +14,7 @@ from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.curves import file_name, write_curve
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
+from graincal.campaign.packings import study_packings
 from graincal.campaign.replay import tell
 from graincal.campaign.result import Result
 from graincal.campaign.store import Store
@@ -69,6 +70,8 @@ class Campaign:
                 self.store.ask(index, samples, len(self.calibration.experiments))
                 self._evaluate(index, samples, filter.early_stops[0])
             tell(filter, samples, self.store, self.calibration.experiments)
+            if isinstance(filter, PosteriorFilter) and filter.places is not None:
+                study_packings(filter, self.calibration, self.store, self.listeners)
             learnt = Learnt.of(filter) if isinstance(filter, PosteriorFilter) else None
             self.store.complete(filter.iterations[-1], learnt)
             replayed = index < known

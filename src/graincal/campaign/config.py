@@ -225,7 +225,8 @@ class FilterSection(Section):
     early_stop: bool = Field(False, description="true or false")
     thin: bool | None = Field(None, description="true or false")
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
-    discrepancy: bool = Field(False, description="true or false")
+    discrepancy: bool | None = Field(None, description="true or false")
+    packing_scatter: bool = Field(True, description="true or false")
     first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
 
 
@@ -243,7 +244,7 @@ class LookSection(Section):
         return replace(
             calibration,
             experiments=[self._cheaper(experiment, entry, folder) for experiment, entry in zip(calibration.experiments, entries)],
-            filter_options={"first_batch": min(12 * n, most // 2), "batch": min(4 * n, max(2, most // 6))} | kept,
+            filter_options={"first_batch": min(12 * n, most // 2), "batch": min(4 * n, max(2, most // 6)), "packing_scatter": False} | kept,
             stop=Stop(posterior_shift=False, max_iterations=False, max_evaluations=most),
             source="",
             truth={},
@@ -274,7 +275,7 @@ class StopSection(Section):
     gl_error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
     error: NotNegative | Off = Field(2.0, description="percent, not negative, or false")
     error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
-    max_iterations: Count | Off = Field(20, description="a whole number above 0, or false")
+    max_iterations: Count | Off | None = Field(None, description="a whole number above 0, or false")
     max_evaluations: Count | Off = Field(False, description="a whole number above 0, or false")
     posterior_shift: NotNegative | Off = Field(0.25, description="standard deviations, not negative, or false")
 

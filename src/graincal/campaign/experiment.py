@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Reference, Response, Samples
+from graincal.dem.siblings import sibling_particles
 from graincal.execution import OneByOne
+from graincal.inference.packings import Siblings
 from graincal.interpolation import interpolate
+from graincal.models import StressPathTest
 
 
 Hopeless = Callable[[int, NDArray[np.float64]], bool]
@@ -34,10 +37,6 @@ class Model(Protocol):
         """
 
 
-# Of two packings one cannot say what a third would be.
-LEAST_PACKINGS = 3
-
-
 @dataclass(frozen=True, eq=False)
 class Experiment:
     """A test by its name, the model that runs it and the reference that was measured."""
@@ -47,9 +46,12 @@ class Experiment:
     reference: Reference
 
     @property
-    def scatters(self) -> bool:
-        """Whether the model's runs are spread over enough packings to say by what these differ. The laboratory's sample is then taken to be one more of them."""
-        return len(getattr(self.model, "packings", ())) >= LEAST_PACKINGS
+    def siblings(self) -> Siblings | None:
+        """How the model can be run on packings like its own; None where it cannot."""
+        if not isinstance(self.model, StressPathTest):
+            return None
+        # What packings differ by goes with the root of their grains' number.
+        return Siblings(len(self.model.packings), sibling_particles(self.model.packing) / self.model.packing.count)
 
     def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Iterator[tuple[int, Response | Failure]]:
         """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the model's own states, and can be compared with the reference.
@@ -75,6 +77,12 @@ class Experiment:
             return self._compared(outcome) if isinstance(outcome, Response) else outcome
 
         return replace(each, evaluate=compared)
+
+    def expected_particle_steps(self, samples: Samples) -> NDArray[np.float64] | None:
+        """About what runs of samples cost, (N,), in particle-steps of the built-in engine; None for other models."""
+        if not isinstance(self.model, StressPathTest):
+            return None
+        return self.model.expected_particle_steps(samples, self.reference.control)
 
     def expected_lengths(self, samples: Samples) -> NDArray[np.float64]:
         """How the run lengths of samples compare with one another, (N,): the same for all where the model does not know."""

@@ -38,7 +38,7 @@ def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[P
     figures = ["iteration", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error"]
     if result.has_posterior:
         figures = ["iteration", "samples", "failed", "smallest_error", *(field.name for field in fields(Learnt))]
-        iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *astuple(learnt)] for i, learnt in zip(result.iterations, result.learnt)]
+        iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *learnt.figures().values()] for i, learnt in zip(result.iterations, result.learnt)]
     tables = {
         "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure", "stopped"], samples),
         "iterations.csv": (figures, iterations),
@@ -84,7 +84,7 @@ def export_json(result: Result, folder: Path, *, replace: bool = False) -> list[
                 "gl_error": iteration.gl_error,
                 "samples": iteration.samples.ids,
                 "weights": iteration.weights,
-                **(learnt.plain() if learnt else {}),
+                **(learnt.figures() if learnt else {}),
             }
             for iteration, learnt in zip_longest(result.iterations, result.learnt)
         ],

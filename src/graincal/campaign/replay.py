@@ -10,9 +10,10 @@ import numpy as np
 
 from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.experiment import Experiment
+from graincal.campaign.packings import tell_packings
 from graincal.campaign.store import Store, same
 from graincal.data import ParameterSpace, Response, Samples
-from graincal.inference import Stop
+from graincal.inference import PosteriorFilter, Stop
 from graincal.inference.posterior_filter import APART, REPLICATES
 
 INFEASIBLE = "infeasible"
@@ -44,6 +45,7 @@ def replay(store: Store, calibration: Calibration) -> Filter:
         if not same(asked, iteration.samples):
             raise store.other_samples(index)
         tell(filter, asked, store, calibration.experiments)
+        _tell_packings(filter, store, calibration)
     return filter
 
 
@@ -55,7 +57,13 @@ def learn_again(store: Store, calibration: Calibration) -> Filter:
     for iteration in store.iterations():
         filter.ask_instead(iteration.samples)
         tell(filter, iteration.samples, store, calibration.experiments)
+        _tell_packings(filter, store, calibration)
     return filter
+
+
+def _tell_packings(filter: Filter, store: Store, calibration: Calibration) -> None:
+    if isinstance(filter, PosteriorFilter) and filter.places is not None:
+        tell_packings(filter, store, calibration.experiments)
 
 
 def runs_at_answer(samples: Samples, space: ParameterSpace) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from graincal.campaign.log import is_running
 from graincal.campaign.replay import runs_at_answer
-from graincal.campaign.result import Candidate, Result
+from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.running import LOOK
 from graincal.campaign.store import Store, holds_campaign
 from graincal.data import ParameterSpace
@@ -28,10 +28,11 @@ def status(folder: str | Path) -> dict[str, Any]:
     iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
-    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped, held_out_ratio} (`Learnt`), and
+    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped, held_out_ratio, doubt, confirmed} (`Learnt`), and
     effective_sample_size is a number of evaluations.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
-    answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} once a campaign of the method "posterior" has run the answer again.
+    answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} of the method "posterior", once it is known; errors is empty, mean and spread are None, until the campaign has run it again.
+    settled: whether the campaign ended because its posterior was known. posterior: {mean, std: {parameter: value}, interval_90: {parameter: [low, high]}} of the method "posterior", by what is known so far.
     stopped_by, stopped_because: the criterion and a sentence.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
     """
@@ -59,6 +60,8 @@ def status(folder: str | Path) -> dict[str, Any]:
         "best": _candidate(result.best, result.space) if result else None,
         "most_probable": _candidate(result.most_probable, result.space) if result else None,
         "answer": _answer(result) if result else None,
+        "settled": store.meta("stopped_by") == "posterior_shift",
+        "posterior": _posterior(result) if result else None,
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
         "seconds": sum(seconds),
@@ -79,16 +82,29 @@ def _earliest(store: Store) -> int | None:
 
 def _iterations(result: Result) -> list[dict[str, Any]]:
     figures = [_figures(iteration, best) for iteration, best in zip(result.iterations, result.best_errors)]
-    return [each | learnt.plain() for each, learnt in zip(figures, result.learnt)] if result.learnt else figures
+    return [each | learnt.figures() for each, learnt in zip(figures, result.learnt)] if result.learnt else figures
 
 
 def _answer(result: Result) -> dict[str, Any] | None:
-    # Of runs that are there: before, only the emulator knows of an answer, and it takes its time.
-    if not (result.has_posterior and runs_at_answer(result.iterations[-1].samples, result.space)):
+    if not (result.learnt and result.learnt[-1].answer):
         return None
-    answer = result.answer
+    if runs_at_answer(result.iterations[-1].samples, result.space):
+        answer = result.answer
+    else:
+        answer = Answer(np.array(result.learnt[-1].answer), np.empty(0, dtype=np.int64), np.empty(0))
     theta = dict(zip(result.space.names, answer.theta.tolist()))
     return {"theta": theta, "errors": [_number(error) for error in answer.errors], "mean": _number(answer.mean), "spread": _number(answer.spread)}
+
+
+def _posterior(result: Result) -> dict[str, Any] | None:
+    if not (result.learnt and result.learnt[-1].mean):
+        return None
+    learnt, names = result.learnt[-1], result.space.names
+    return {
+        "mean": dict(zip(names, learnt.mean)),
+        "std": dict(zip(names, learnt.std)),
+        "interval_90": {name: [low, high] for name, low, high in zip(names, learnt.low, learnt.high)},
+    }
 
 
 def _figures(iteration: Iteration, best: float) -> dict[str, Any]:

@@ -33,6 +33,7 @@ VERSION = 2
 
 # theta and details are JSON; arrays are .npy (arrays.py). A response is kept on the states of its model, whatever the reference. An evaluation is "waiting"
 # until it is "finished" (a response) or "failed" (a reason). One that was stopped early is finished, with a response that is shorter, and its details say so.
+# Samples below 0 are those of the study of packings (packings.py), and belong to no iteration.
 _SCHEMA = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE sample (id INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, theta TEXT NOT NULL);
@@ -134,6 +135,11 @@ class Store:
         rows = self._rows("SELECT value FROM meta WHERE key = ?", key)
         return rows[0][0] if rows else None
 
+    def keep(self, key: str, text: str) -> None:
+        """Keep a text once (`meta`)."""
+        with self._transaction() as db:
+            db.execute("INSERT OR IGNORE INTO meta VALUES (?, ?)", (key, text))
+
     def keep_first_look(self, look: FirstLook) -> None:
         """Keep what the look brought that the calibration begins with."""
         description = self.description | {"first_look": describe_first_look(look)}
@@ -210,7 +216,7 @@ class Store:
 
     def counts(self, iteration: int | None = None) -> dict[str, int]:
         """How many samples there are, how many are evaluated in every experiment or failed or were stopped in one, and how many of these failed and were stopped."""
-        chosen, arguments = ("", ()) if iteration is None else ("WHERE iteration = ?", (iteration,))
+        chosen, arguments = ("WHERE iteration >= 0", ()) if iteration is None else ("WHERE iteration = ?", (iteration,))
         query = f"""
             SELECT count(*), coalesce(sum(failed OR stopped OR NOT waiting), 0), coalesce(sum(failed), 0), coalesce(sum(stopped), 0) FROM (
                 SELECT max(state = 'failed') AS failed, max(state = 'waiting') AS waiting, max({_STOPPED}) AS stopped
@@ -223,11 +229,11 @@ class Store:
 
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
-        return self._rows("SELECT kind, min(reason), count(*) FROM evaluation WHERE state = 'failed' GROUP BY kind ORDER BY count(*) DESC")
+        return self._rows("SELECT kind, min(reason), count(*) FROM evaluation WHERE state = 'failed' AND sample >= 0 GROUP BY kind ORDER BY count(*) DESC")
 
     def last_iteration(self) -> int | None:
         """The iteration that was last begun."""
-        return self._rows("SELECT max(iteration) FROM sample")[0][0]
+        return self._rows("SELECT max(iteration) FROM sample WHERE iteration >= 0")[0][0]
 
     def last_ended(self) -> str | None:
         """When the last evaluation ended, ISO 8601."""

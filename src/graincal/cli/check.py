@@ -108,11 +108,11 @@ def _expectation(calibration: Calibration) -> list[str]:
     with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
     if isinstance(filter, PosteriorFilter):
         most = filter.most_evaluations
-        if most:
+        if most and filter.batch:
             # Batches are whole, and the runs at the answer come last.
             most -= (most - samples - REPLICATES) % filter.batch
         limit = f", at most {most} evaluations, {duration(seconds * max(1.0, most / samples))} {with_workers}" if most else f" {with_workers}"
-        return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {filter.batch} in each batch until the posterior has settled{limit}. The filter itself takes some seconds more after each batch."]
-    iterations = calibration.stop.max_iterations
+        return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {'ever more' if filter.batch is None else filter.batch} in each batch until the posterior has settled{limit}. The filter itself takes some seconds more after each batch."]
+    iterations = calibration.stop.most_iterations
     most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
     return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]

@@ -46,7 +46,7 @@ class Progress(Listener):
 
     def begins(self, calibration: Calibration) -> None:
         # What the method calls the samples of one round; batches have other limits than their number.
-        self._of, most = round_of(calibration.method), calibration.method != POSTERIOR and calibration.stop.max_iterations
+        self._of, most = round_of(calibration.method), calibration.method != POSTERIOR and calibration.stop.most_iterations
         self._limit = f" (of at most {most})" if most else ""
         self._iterations, self._learnt, self._heading = [], [], ""
         self._done = self._total = self._failed = self._stopped = 0

@@ -78,6 +78,31 @@ class Grading:
         a, b = lower[bin_index] ** -2, upper[bin_index] ** -2
         return generator.permutation((a - within * (a - b)) ** -0.5)
 
+    @property
+    def identity(self) -> list[list[float]]:
+        """What two gradings that give the same grains have in common."""
+        return [self.sizes.tolist(), self.passing.tolist()]
+
+
+@dataclass(frozen=True, eq=False)
+class GrainSizes:
+    """The sizes of a packing's own grains, as a grading: `found` (N,), diameters in metres."""
+
+    found: NDArray[np.float64]
+    name: str = "of the packing"
+
+    def diameters(self, count: int, generator: np.random.Generator) -> NDArray[np.float64]:
+        """`count` diameters in metres, in random order: those found, or for another count one from each of as many equal shares of them."""
+        if count == len(self.found):
+            return generator.permutation(self.found)
+        shares = (np.arange(count) + generator.random(count)) / count
+        return generator.permutation(np.sort(self.found)[(shares * len(self.found)).astype(np.intp)])
+
+    @property
+    def identity(self) -> list[list[float]]:
+        """As that of a `Grading`."""
+        return [np.sort(self.found).tolist()]
+
 
 _KNOWN = {
     # Toyoura sand, Hartmann, Cheng, Thornton (2022), enlarged as their packing of 1000 particles is: only ratios of sizes matter to the contact law. Half of

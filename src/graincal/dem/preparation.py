@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from graincal import _native
 from graincal.data import InputError
-from graincal.dem.grading import Grading
+from graincal.dem.grading import GrainSizes, Grading
 from graincal.dem.packing import Packing
 
 PROTOCOL = 2
@@ -43,17 +43,25 @@ _MAX_TRIALS = 12
 _NARROW = 1.0  # degrees
 
 
-def prepare(particles: int, void_ratio: float, grading: str | Path | Grading = "toyoura", seed: int = 1) -> Packing:
+class OutOfReach(InputError):
+    """A void ratio that a grading does not pack to, with those that it does: `densest` and `loosest`."""
+
+    def __init__(self, message: str, densest: float, loosest: float) -> None:
+        super().__init__(message)
+        self.densest, self.loosest = densest, loosest
+
+
+def prepare(particles: int, void_ratio: float, grading: str | Path | Grading | GrainSizes = "toyoura", seed: int = 1) -> Packing:
     """A packing of `particles` spheres at `void_ratio`, in a periodic cell of about 1 : 1 : 2, nearly free of stress.
 
     Deterministic in `seed`, and cached in the user's cache folder ($GRAINCAL_CACHE, or graincal/packings in $XDG_CACHE_HOME or ~/.cache). Raises
-    InputError for a void ratio that the grading cannot reach, with the range that it can.
+    InputError for a void ratio that the grading cannot reach, with the range that it can (`OutOfReach`).
     """
     if particles < 2:
         raise InputError(f"particles must be at least 2, not {particles}.")
     if not (np.isfinite(void_ratio) and void_ratio > 0):
         raise InputError(f"void_ratio must be a positive number, not {void_ratio}.")
-    grading = grading if isinstance(grading, Grading) else Grading.named(grading)
+    grading = grading if isinstance(grading, (Grading, GrainSizes)) else Grading.named(grading)
     try:
         _cache_folder().mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -77,7 +85,7 @@ def comment(void_ratio: float, grading: str, seed: int) -> str:
     return f"periodic packing prepared by graincal: grading {grading}, void ratio {void_ratio:g}, seed {seed}, metres"
 
 
-def _prepare(particles: int, void_ratio: float, grading: Grading, seed: int) -> Packing:
+def _prepare(particles: int, void_ratio: float, grading: Grading | GrainSizes, seed: int) -> Packing:
     generator = np.random.default_rng(seed)
     radii = 0.5 * grading.diameters(particles, generator)
     _check_width(radii, void_ratio, grading)
@@ -114,12 +122,13 @@ class _State:
         return _State(simulation)
 
 
-def _lower_friction(start: _State, void_ratio: float, grading: Grading) -> _State:
+def _lower_friction(start: _State, void_ratio: float, grading: Grading | GrainSizes) -> _State:
     """Search for the friction angle that packs to the void ratio. Each trial starts from the densest state that is still too loose, so that friction
     only ever falls."""
     loosest, densest = start.void_ratio, start.with_friction(0.0).void_ratio
     if not densest - VOID_RATIO_TOLERANCE <= void_ratio <= loosest + VOID_RATIO_TOLERANCE:
-        raise InputError(f"void_ratio: {void_ratio:g} is out of reach for grading {grading.name}, which packs to between {densest:.3f} and {loosest:.3f}.")
+        message = f"void_ratio: {void_ratio:g} is out of reach for grading {grading.name}, which packs to between {densest:.3f} and {loosest:.3f}."
+        raise OutOfReach(message, densest, loosest)
     loose, high, low = start, LOOSEST_FRICTION_ANGLE, 0.0
     while loose.void_ratio - void_ratio > VOID_RATIO_TOLERANCE:
         if high - low < _NARROW:
@@ -198,7 +207,7 @@ def _release(simulation: _native.Simulation) -> None:
     raise RuntimeError(f"the packing did not let go of its pressure within {5 * _CHUNK * _MAX_CHUNKS} steps")
 
 
-def _check_width(radii: NDArray[np.float64], void_ratio: float, grading: Grading) -> None:
+def _check_width(radii: NDArray[np.float64], void_ratio: float, grading: Grading | GrainSizes) -> None:
     """The cell must hold its largest grains with room for a neighbour on either side, also where it is packed densest."""
     needed = 5.2 * radii.max()
     side = (4 / 3 * np.pi * np.sum(radii**3) * (1 + min(void_ratio, 0.5)) / 2) ** (1 / 3)
@@ -238,8 +247,8 @@ def _cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "graincal" / "packings"
 
 
-def _fingerprint(particles: int, void_ratio: float, grading: Grading, seed: int) -> str:
-    request = json.dumps([PROTOCOL, particles, void_ratio, grading.sizes.tolist(), grading.passing.tolist(), seed])
+def _fingerprint(particles: int, void_ratio: float, grading: Grading | GrainSizes, seed: int) -> str:
+    request = json.dumps([PROTOCOL, particles, void_ratio, *grading.identity, seed])
     return hashlib.sha256(request.encode()).hexdigest()[:24]
 
 

@@ -54,6 +54,9 @@ class AskTellFilter(ABC):
         was asked, and for arrays of another shape.
         """
         self._batches.tell(samples, responses, failed, infeasible, stopped)
+        self._complete_batches()
+
+    def _complete_batches(self) -> None:
         while batch := self._batches.take_complete():
             self._complete_batch(batch)
 

@@ -34,7 +34,7 @@ SEARCHES = 4
 class Emulation:
     """The emulated posterior.
 
-    posterior: weighted samples. answer (n,): where the log likelihood expected is the largest, so that neither a response that is known to be
+    posterior: weighted samples. answer (n,): where the log likelihood expected under the errors of measurement alone is the largest, so that neither a response that is known to be
     poor nor one that may be anything is the answer. log_evidence with its standard deviation: of the references, under the prior.
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses; of_mean (E,): the
     error there if each were predicted by the mean of all.
@@ -92,9 +92,12 @@ def emulate(
     before: Emulation | None = None,
     cheaper: Sequence[Emulator] | None = None,
     near: DefensiveMixture | None = None,
+    thorough: bool = True,
+    of_measurement: Sequence[ErrorModel] | None = None,
 ) -> Emulation:
     """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
-    before: from fewer of the evaluations. cheaper: emulators of a first look at each reference. near: a density that the posterior is near to, for as long as nothing is before."""
+    before: from fewer of the evaluations. cheaper: emulators of a first look at each reference. near: a density that the posterior is near to, for as long as nothing is before.
+    thorough: as in `explore`; without anything before it is. of_measurement: the errors of the measurements alone, under which the answer fits best; by default `errors`."""
     unit, space = evaluations.unit, evaluations.space
     emulators, likelihoods, first_states = zip(
         *(
@@ -106,10 +109,17 @@ def emulate(
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return emulated_log_likelihood(likelihoods, emulators, points)
 
-    def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(likelihoods, emulators))
+    strict = likelihoods
+    if of_measurement is not None:
+        strict = [
+            ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter))
+            for reference, model, scatter, emulator in zip(references, of_measurement, scatters, emulators)
+        ]
 
-    explored = explore(space, emulated, rng, near=before.explored.proposal if before else near)
+    def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(strict, emulators))
+
+    explored = explore(space, emulated, rng, near=before.explored.proposal if before else near, thorough=thorough or before is None)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
     # And one that was stopped with as much as it can have at most, although the emulator says less.

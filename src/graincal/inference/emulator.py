@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.gaussian_process.kernels import Kernel
 
 from graincal.data import Reference
 from graincal.inference.early_stop import segments
-from graincal.inference.likelihood import ReducedLikelihood, columns
-from graincal.inference.process import Process
+from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.reduction import columns
+from graincal.inference.process import Kernel, Process
 from graincal.inference.reduction import Reduction
 from graincal.inference.warping import even_powers, warped
 

@@ -64,6 +64,7 @@ def explore(
     *,
     power: float = 1.0,
     near: DefensiveMixture | None = None,
+    thorough: bool = True,
 ) -> Explored:
     """Samples of prior times likelihood^power; log_likelihood takes points (M, n) of the unit cube. The prior is uniform on the box.
 
@@ -71,13 +72,22 @@ def explore(
     draws from that, weighted: their errors are those of independent draws, and the weights tell whether the fit was good. Where it was not, more
     tempered samples are returned.
 
+    thorough: whether to temper anyway; else only where draws from `near` and from densities fitted to them do not find the posterior.
     near: a density that is thought to be near the posterior, such as that fitted to the posterior of fewer data. It is drawn from too: where a broad mode holds nearly
     all of the probability at low powers, tempering may lose a narrow one on the way, and weights of draws from both densities tell.
     """
+    draws = _Draws(space, log_likelihood, power)
+    if near is not None and not thorough:
+        draws.add(near, rng)
+        while draws.proposals and len(draws.proposals) < MOST_ROUNDS and (len(draws.proposals) < 2 or draws.effective_sample_size < EFFECTIVE):
+            if not draws.add(DefensiveMixture.fitted(space, draws.theta, draws.weights, rng), rng):
+                break
+        if draws.effective_sample_size >= TOO_FEW:
+            return draws.explored()
+        draws = _Draws(space, log_likelihood, power)
     found = temper(log_likelihood, space.size, PARTICLES, rng, power=power)
     wide = space.from_unit(found.wide)
     fitted = DefensiveMixture.fitted(space, space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES), rng, wide)
-    draws = _Draws(space, log_likelihood, power)
     for proposal in (fitted,) if near is None else (near, fitted):
         draws.add(proposal, rng)
     least = len(draws.proposals) + 1

@@ -11,11 +11,7 @@ from scipy.special import logsumexp
 
 from graincal.data import Reference
 from graincal.inference.error_model import ErrorModel
-
-
-def columns(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Curves (..., T, J) observable by observable, as the error model orders them: (..., J T)."""
-    return np.swapaxes(values, -1, -2).reshape(*values.shape[:-2], values.shape[-1] * values.shape[-2])
+from graincal.inference.reduction import columns
 
 
 def log_likelihood(responses: NDArray[np.float64], reference: Reference, errors: ErrorModel) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 from threadpoolctl import threadpool_limits
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
@@ -18,14 +19,16 @@ from graincal.inference.direct import Weighed, weigh_directly
 from graincal.inference.early_stop import MOST_DROPPED, EarlyStop
 from graincal.inference.emulation import Emulation, emulate
 from graincal.inference.emulator import Emulator
-from graincal.inference.error_model import error_model, hypotheses
+from graincal.inference.error_model import ErrorModel, error_model, hypotheses
 from graincal.inference.errors import gl_error
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.first_look import FirstLook
 from graincal.inference.importance import normalised
 from graincal.inference.iteration import Iteration
+from graincal.inference.packings import PackingScatter, Siblings, packing_scatter, places
 from graincal.inference.posterior import Posterior
-from graincal.inference.proposal import ProposalOutsideBox
+from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
+from graincal.inference.sensitivity import Doubt, doubt
 from graincal.inference.stop import Stop
 from graincal.inference.thinning import Thinning
 
@@ -39,8 +42,18 @@ APART = 1e-6
 COPIES = 3
 MOST_MEMORY = 4e9
 
-# The limit on evaluations that is not set otherwise.
-EVALUATIONS_PER_PARAMETER = 20
+# The limit on evaluations that is not set otherwise: so many a parameter, or so many times the first batch.
+EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
+
+# Runs grow by this part before the posterior is looked at again.
+GROWTH = 0.25
+
+# Fresh runs at draws from the posterior, before it is said to have settled: what they leave of its probability, as a factor either way, and how far they move it in terms of
+# what is enough.
+FRESH, CONFIRMED, MOVED = 20, 2.0, 2.0
+
+# Evaluations up to which each look tempers anew.
+FEW = 200
 
 
 class PosteriorFilter(AskTellFilter):
@@ -66,10 +79,9 @@ class PosteriorFilter(AskTellFilter):
     `first_look`: evaluations of cheaper models, which say where to begin and what to expect of each response.
     `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
-    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `scatters`: for each reference,
-    whether the lab's sample is one of many like the model's runs, because these are spread over several packings; what runs at one Theta scatter by
-    is then added to the errors, as it is where a reference was simulated itself. `seed` is a whole number, not negative.
-    Raises InputError for arguments that cannot be used.
+    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `seed` is a whole number, not negative.
+    `siblings`: for each reference, how its model can be run on packings like its own (`Siblings`), or None where it cannot: once the first batch is told, `places` says where they
+    are to be run, and nothing is learnt before `tell_packings` says what they gave. Raises InputError for arguments that cannot be used.
     """
 
     def __init__(
@@ -81,11 +93,11 @@ class PosteriorFilter(AskTellFilter):
         batch: int | None = None,
         ahead: int = 0,
         correlation_length: float | None = None,
-        discrepancy: bool = False,
+        discrepancy: bool | None = None,
         emulator: bool = True,
         early_stop: bool = False,
         thin: bool = True,
-        scatters: Sequence[bool] | None = None,
+        siblings: Sequence[Siblings | None] | None = None,
         first_look: FirstLook | None = None,
         stop: Stop = Stop(),
         seed: int = 1,
@@ -93,19 +105,22 @@ class PosteriorFilter(AskTellFilter):
         self.space = space
         self.references = (references,) if isinstance(references, Reference) else tuple(references)
         self.first_batch = 4 * space.size if first_batch is None else first_batch
-        self.batch = 2 * space.size if batch is None else batch
+        self.batch = batch
         self.ahead = ahead
         self.emulator = emulator
         self.early_stop = early_stop
         self.thinnings = tuple(Thinning.of(reference, thin) for reference in self.references)
         self.stop = stop
         self.seed = seed
-        self._check(scatters)
+        self.siblings = tuple(siblings or [None] * len(self.references))
+        self.error_options = {"correlation_length": correlation_length, "discrepancy": discrepancy}
+        self._check()
         self._check_size(discrepancy)
-        self.errors = tuple(error_model(reference, correlation_length=correlation_length, discrepancy=discrepancy) for reference in self.thinnings)
-        self.scatters = tuple(
-            reference.simulated or scatter for reference, scatter in zip(self.references, scatters or [False] * len(self.references))
-        )
+        self.packings: tuple[PackingScatter | None, ...] = (None,) * len(self.references)
+        self.scatters = tuple(reference.simulated for reference in self.references)
+        self._told_packings = not any(self.siblings)
+        self._places: NDArray[np.float64] | None = None
+        self._held: Batch | None = None
         self._evaluations = Evaluations.none(space, [reference.values.shape for reference in self.kept])
         self._iterations: list[Iteration] = []
         self._emulations: list[Emulation | None] = []
@@ -116,15 +131,52 @@ class PosteriorFilter(AskTellFilter):
         # Of each batch under way: the density, and how many samples were drawn from it.
         self._origins: deque[tuple[DefensiveMixture, int]] = deque()
         self._replicated = False
+        self._doubt: Doubt | None = None
+        self._looked_at = 0
+        # The number of the batch of fresh runs that the posterior was to be confirmed by, and what was known before it; and what they left of its probability.
+        self._fresh: tuple[int, Emulation] | None = None
+        self._confirmed = np.nan
+        self._settled = False
+        self._take_errors()
         self._cheaper, self._start = self._look(first_look)
         self._ask(self._start, self.first_batch)
         self._propose()
 
     @property
+    def errors(self) -> tuple[ErrorModel, ...]:
+        """The hypotheses on the errors of each reference."""
+        return self._errors
+
+    @property
+    def places(self) -> NDArray[np.float64] | None:
+        """Where the siblings of each experiment's packing are to be run, theta (P, n), before anything is learnt; None where they are not wanted (any more)."""
+        return self._places
+
+    def tell_packings(self, theta: NDArray[np.float64], responses: Sequence[NDArray[np.float64] | None]) -> None:
+        """Say what siblings gave at the places theta (P, n), which evaluations were made at too: for each reference (S, P, T, J) at all of its rows, NaN where there is no response; None
+        where none could be run. Then the first batch is learnt from."""
+        self._told_packings, self._places = True, None
+        theirs = [np.flatnonzero(np.all(self._evaluations.theta == place, axis=1)) for place in theta]
+        own = [rows[0] if len(rows) else -1 for rows in theirs]
+        self.packings = tuple(
+            None
+            if sibling is None or told is None
+            else packing_scatter(
+                np.stack([thinning.reduce(each) for each in told]), np.where(np.array(own)[:, None, None] >= 0, known[own], np.nan), thinning.kept.control, sibling
+            )
+            for sibling, told, thinning, known in zip(self.siblings, responses, self.thinnings, self._evaluations.responses)
+        )
+        self._take_errors()
+        if self._held is not None:
+            held, self._held = self._held, None
+            self._after(held)
+            self._complete_batches()
+
+    @property
     def most_evaluations(self) -> int | None:
         """The limit on evaluations; None for no limit."""
         if self.stop.max_evaluations is False:
-            return EVALUATIONS_PER_PARAMETER * self.space.size if self.emulator else None
+            return max(EVALUATIONS_PER_PARAMETER * self.space.size, FIRST_BATCHES * self.first_batch) if self.emulator else None
         return self.stop.max_evaluations
 
     @property
@@ -171,6 +223,16 @@ class PosteriorFilter(AskTellFilter):
         source = self.emulation or self.weighed
         return source.log_evidence if source else np.nan
 
+    @property
+    def doubt(self) -> Doubt | None:
+        """How much what the emulators do not know may move the posterior, as it is now."""
+        return self._doubt
+
+    @property
+    def confirmed(self) -> float:
+        """By what factor the latest fresh runs at draws from the posterior changed their places' probability, on the mean: 1 where they fitted as it had said; NaN before there are any."""
+        return self._confirmed
+
     def shift(self, last: int = 0) -> float:
         """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation. Infinite where
         there is none to compare with, and where the emulator predicts nothing (`Emulation.predicts`)."""
@@ -193,37 +255,92 @@ class PosteriorFilter(AskTellFilter):
 
     # The loop
 
+    def _complete_batches(self) -> None:
+        while self._held is None and (batch := self._batches.take_complete()):
+            self._complete_batch(batch)
+
     def _complete_batch(self, batch: Batch) -> None:
+        self._evaluations = self._evaluations.with_batch(batch, *self._origins.popleft())
+        if not self._told_packings and np.isfinite(batch.errors).any():
+            self._places, self._held = places(self.space, batch.samples.theta, np.where(batch.stopped, np.nan, batch.errors)), batch
+            return
+        self._after(batch)
+
+    def _after(self, batch: Batch) -> None:
         # By one thread: with several, sums are taken in another order, and the last digits would depend on the machine.
         with threadpool_limits(1):
             self._learn(batch)
             self._go_on()
 
+    def errors_if(self, *, discrepancy: bool = True, packings: bool = True) -> tuple[ErrorModel, ...]:
+        """The hypotheses on the errors of each reference as they would be without what the model cannot reproduce, or without what packings differ by."""
+        options = self.error_options if discrepancy else {**self.error_options, "discrepancy": False}
+        return tuple(
+            error_model(thinning, **options, packings=scatter if packings else None, counted=_counted(reference, sibling))
+            for thinning, reference, scatter, sibling in zip(self.thinnings, self.references, self.packings, self.siblings)
+        )
+
+    def _take_errors(self) -> None:
+        self._errors = self.errors_if()
+
     def _learn(self, batch: Batch) -> None:
-        self._evaluations = self._evaluations.with_batch(batch, *self._origins.popleft())
         if self._evaluations.usable.sum() < 2:
             self._emulations.append(None), self._weighed.append(None)
-        elif self.emulator:
-            before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
-            # Of batches under way those who may stop their runs hold what they need.
-            self._emulations = [each and replace(each, first_states=()) for each in self._emulations]
-            self._emulations.append(
-                emulate(
-                    self._evaluations,
-                    self.kept,
-                    self.errors,
-                    self.scatters,
-                    self._rng("emulate", len(self._iterations)),
-                    before,
-                    self._cheaper,
-                    self._start if self._cheaper else None,
-                )
-            )
-            self._weighed.append(None)
-        else:
+        elif not self.emulator:
             self._emulations.append(None)
             self._weighed.append(weigh_directly(self._evaluations, self.kept, self.errors))
+        else:
+            fresh = self._fresh if self._fresh and self._fresh[0] == len(self._iterations) else None
+            # Before the list is: looking takes what is not needed any more off it.
+            emulation = self._look_again(thorough=fresh is not None) if fresh or self._due else self._emulations[-1]
+            self._emulations.append(emulation)
+            self._weighed.append(None)
+            if fresh:
+                self._confirm(batch, fresh[1])
         self._iterations.append(self._iteration(batch))
+
+    @property
+    def _due(self) -> bool:
+        """Whether the runs have grown enough since the last look, or there will be no more."""
+        count = int((self._evaluations.usable | self._evaluations.stopped).sum())
+        return count >= (1 + GROWTH) * self._looked_at or self._replicated or not len(self._batches) and "max_evaluations" in self._limits()
+
+    def _look_again(self, thorough: bool) -> Emulation:
+        before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
+        # Of batches under way those who may stop their runs hold what they need.
+        self._emulations = [each and replace(each, first_states=()) for each in self._emulations]
+        number = len(self._iterations)
+        emulation = emulate(
+            self._evaluations,
+            self.kept,
+            self.errors,
+            self.scatters,
+            self._rng("emulate", number),
+            before,
+            self._cheaper,
+            self._start if self._cheaper else None,
+            thorough or len(self._evaluations) <= FEW,
+            self.errors_if(discrepancy=False, packings=False),
+        )
+        self._looked_at = int((self._evaluations.usable | self._evaluations.stopped).sum())
+        self._doubt = doubt(emulation, self.space, self._rng("doubt", number))
+        return emulation
+
+    @property
+    def _calm(self) -> bool:
+        """Whether what the emulators do not know moves the posterior by little."""
+        enough = self.stop.posterior_shift
+        return enough is not False and self.emulation is not None and self.emulation.predicts and self._doubt.most <= enough
+
+    def _confirm(self, batch: Batch, before: Emulation) -> None:
+        """Whether fresh runs at draws from the posterior fit as it said."""
+        unit = self.space.to_unit(batch.samples.theta)
+        changed = self.emulation.log_likelihood(unit) - before.log_likelihood(unit)
+        changed = np.where(batch.infeasible, -np.inf, changed)
+        self._confirmed = float(np.exp(logsumexp(changed) - np.log(len(changed))))
+        self._fresh = None
+        steady = self.shift() <= MOVED * (self.stop.posterior_shift or 0)
+        self._settled = self._calm and steady and 1 / CONFIRMED <= self._confirmed <= CONFIRMED
 
     def _go_on(self) -> None:
         if not self._stops:
@@ -246,16 +363,42 @@ class PosteriorFilter(AskTellFilter):
             self._propose_one()
 
     def _propose_one(self) -> None:
-        rng = self._rng("propose", self._batches_asked)
+        rng, size = self._rng("propose", self._batches_asked), self._next_size
         emulation = self.emulation
+        if self._calm and self._fresh is None and self._fits(FRESH):
+            drawn = systematic_resampling(emulation.posterior.weights, FRESH, rng)
+            self._fresh = (self._batches_asked, emulation)
+            self._ask(DefensiveMixture(self.space), 0, emulation.posterior.samples[drawn])
+            return
         if emulation and emulation.predicts:
-            self._ask(emulation.explored.proposal, self.batch - 1, emulation.answer[None], emulation if self.early_stop else None)
+            self._ask(emulation.explored.proposal, size - 1, emulation.answer[None], emulation if self.early_stop else None)
             return
         weighed = self.weighed or (weigh_directly(self._evaluations, self.kept, self.errors) if self._iterations else None)
         if weighed is None:
-            self._ask(self._start, self.batch)
+            self._ask(self._start, size)
             return
-        self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), self.batch)
+        self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), size)
+
+    @property
+    def _next_size(self) -> int:
+        """How many samples the next batch has: as many as the runs are to grow by before the posterior is looked at again, where it is not said."""
+        if self.batch is not None:
+            return self.batch
+        size, most = max(2 * self.space.size, int(np.ceil(GROWTH * self._batches.asked))), self.most_evaluations
+        if most is None:
+            return size
+        room = most - self._batches.asked - self._at_answer
+        # The last one takes what is left.
+        return room if room < size + 2 * self.space.size else size
+
+    @property
+    def _at_answer(self) -> int:
+        return REPLICATES if self.emulator else 0
+
+    def _fits(self, size: int) -> bool:
+        """Whether a batch of so many, and the runs at the answer, are within the limit."""
+        most = self.most_evaluations
+        return most is None or self._batches.asked + size + self._at_answer <= most
 
     def _ask(
         self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None, emulation: Emulation | None = None
@@ -302,18 +445,24 @@ class PosteriorFilter(AskTellFilter):
 
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""
-        stop, count = self.stop, self._batches.asked
         met = {}
-        shift = max(self.shift(), self.shift(1))
-        if self.emulator and stop.posterior_shift is not False and shift <= stop.posterior_shift:
-            met["posterior_shift"] = f"the last two batches moved the posterior by at most {shift:.2f} standard deviations, and {stop.posterior_shift:g} is enough"
-        if stop.max_iterations is not False and self._batches_asked >= stop.max_iterations:
-            met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
-        most = self.most_evaluations
-        if most is not None and count + self.batch + (REPLICATES if self.emulator else 0) > most:
-            met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {most}"
+        if self._settled:
+            met["posterior_shift"] = (
+                f"what the emulator does not know moves means and spreads by at most {self._doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit "
+                "as the posterior says"
+            )
+        met |= self._limits()
         if self._iterations and not self._evaluations.usable.any():
-            return {"failures": f"all {count} evaluations failed"}
+            return {"failures": f"all {self._batches.asked} evaluations failed"}
+        return met
+
+    def _limits(self) -> dict[str, str]:
+        """The limits that are reached."""
+        met, stop, count = {}, self.stop, self._batches.asked
+        if stop.max_iterations and self._batches_asked >= stop.max_iterations:
+            met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
+        if not self._fits(2 * self.space.size if self.batch is None else self.batch):
+            met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
         return met
 
     def _iteration(self, batch: Batch) -> Iteration:
@@ -343,29 +492,31 @@ class PosteriorFilter(AskTellFilter):
         """The random numbers of one purpose and of the batch of this number."""
         return np.random.default_rng([self.seed, batch, sum(purpose.encode())])
 
-    def _check_size(self, discrepancy: bool) -> None:
+    def _check_size(self, discrepancy: bool | None) -> None:
         """Raise InputError where the covariances of a reference that is not thinned would need more memory than is reasonable."""
-        for reference in self.kept:
+        for reference, siblings in zip(self.kept, self.siblings):
             states, observables = reference.values.shape
-            needed = hypotheses(discrepancy) * (states * observables) ** 2 * 8 * COPIES
+            needed = hypotheses(reference, discrepancy, siblings is not None) * (states * observables) ** 2 * 8 * COPIES
             if needed > MOST_MEMORY:
                 raise InputError(
                     f"filter.thin = false keeps all {states} rows of a reference with {observables} observable{'s' * (observables > 1)}, and the covariances of their errors would "
                     f"need about {needed / 1e9:.0f} GB of memory, more than the {MOST_MEMORY / 1e9:g} GB allowed: leave filter.thin out, or give fewer rows."
                 )
 
-    def _check(self, scatters: Sequence[bool] | None) -> None:
+    def _check(self) -> None:
         if not self.references:
             raise InputError("filter: at least one reference is needed.")
         self.space.check_experiments(len(self.references))
         for name in ("first_batch", "batch"):
             value = getattr(self, name)
+            if name == "batch" and value is None:
+                continue
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 2:
                 raise InputError(f"filter.{name} must be a whole number above 1, not {value!r}.")
         if isinstance(self.ahead, bool) or not isinstance(self.ahead, (int, np.integer)) or self.ahead < 0:
             raise InputError(f"filter.ahead must be a whole number, not negative, not {self.ahead!r}.")
-        if scatters is not None and len(scatters) != len(self.references):
-            raise InputError(f"filter.scatters must have one entry for each of the {len(self.references)} references.")
+        if len(self.siblings) != len(self.references):
+            raise InputError(f"filter.siblings must have one entry for each of the {len(self.references)} references.")
         if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
             raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
         answer = REPLICATES if self.emulator else 0
@@ -375,3 +526,11 @@ class PosteriorFilter(AskTellFilter):
                 f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples{runs}: "
                 f"at least {self.first_batch + answer}, or a smaller filter.first_batch, was expected."
             )
+
+
+def _counted(reference: Reference, siblings: Siblings | None) -> float:
+    """How often the variance between packings is counted: for the mean of those that are run, and once more for the packing that a reference was simulated on, unless what runs scatter by, which is
+    added there, holds it already. A sand has none of its own."""
+    if siblings is None:
+        return 0.0
+    return 1 / siblings.own + (1.0 if reference.simulated and siblings.own == 1 else 0.0)

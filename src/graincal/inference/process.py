@@ -2,66 +2,77 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_solve
+from scipy.linalg.lapack import dpotrf, dpotri, dtrtri
 from scipy.optimize import minimize
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Kernel, Matern, WhiteKernel
 from threadpoolctl import threadpool_limits
-
-# Of the Matern kernel. On the triaxial test 5/2 predicts no better, is the more probable, and is three standard deviations wrong where the posterior is.
-SMOOTHNESS = 1.5
 
 # Added to the diagonal, so that a covariance of nearly equal points can be factored.
 JITTER = 1e-10
 
+# Kernels are found by so many of the values at the most; all are predicted by.
+JUDGED_BY = 400
+
+# Ends of the variance, the lengths and the nugget; what each is thought to be before there is a value, and how far from that it may well be (a factor, one sd):
+# lengths about the width of the box, a nugget of a thousandth of the variance.
+_ENDS = ((1e-2, 1e3), (5e-2, 1e2), (1e-7, 1.0))
+_MIDDLE, _FACTOR = (3.0, 1.0, 1e-3), (10.0, 3.0, 30.0)
+
+
+class Kernel(NamedTuple):
+    """The covariance of a process: variance x Matern 3/2 over distances in parts of `lengths` (n,), and the nugget, which is that of what differs between two values
+    at one point. On the triaxial test Matern 5/2 predicts no better, is the more probable, and is three standard deviations wrong where the posterior is."""
+
+    variance: float
+    lengths: NDArray[np.float64]
+    nugget: float
+
+    def distances(self, a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """√3 times those between points (M, n) and (N, n): (M, N)."""
+        a, b = a / self.lengths, b / self.lengths
+        squared = np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1) - 2 * a @ b.T
+        return np.sqrt(3 * np.maximum(squared, 0, out=squared), out=squared)
+
+    def covariance(self, a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Between the values without nugget at points (M, n) and (N, n): (M, N)."""
+        distance = self.distances(a, b)
+        return (self.variance * (1 + distance)) * np.exp(-distance)
+
 
 class Process:
-    """Values (N,) at points (N, n), by a Matern 3/2 kernel with a length for each parameter and a nugget: what differs between two values at one point."""
+    """Values (N,) at points (N, n), by the most probable kernel."""
 
     def __init__(self, unit: NDArray[np.float64], values: NDArray[np.float64], start: Kernel | None = None) -> None:
         """start: a kernel to begin the search for the most probable one at. Values that are NaN are not known, and left out with their points."""
         self._known = np.isfinite(values)
-        unit, values = unit[self._known], values[self._known]
-        size = unit.shape[1]
-        kernel = ConstantKernel(1.0, (1e-2, 1e3)) * Matern(np.ones(size), (5e-2, 1e2), nu=SMOOTHNESS) + WhiteKernel(1e-2, (1e-7, 1.0))
-        if start is not None:
-            kernel.theta = start.theta
-        process = GaussianProcessRegressor(kernel, alpha=JITTER, optimizer=_most_probable)
-        with threadpool_limits(1), warnings.catch_warnings():
-            # A length at the end of its range says that a parameter does not matter.
-            warnings.simplefilter("ignore", ConvergenceWarning)
-            process.fit(unit, values)
-        self.kernel = process.kernel_
-        self.nugget = float(self.kernel.k2.noise_level)
-        self.values = values
-        self._unit = unit
-        self._variance = float(self.kernel.k1.k1.constant_value)
-        self._lengths = np.broadcast_to(self.kernel.k1.k2.length_scale, (size,))
-        self._solved = process.alpha_
-        self._inverse = solve_triangular(process.L_, np.eye(len(unit)), lower=True)
+        self._unit, self.values = unit[self._known], values[self._known]
+        judges = judged_by(len(self.values))
+        with threadpool_limits(1):
+            self.kernel = _most_probable(self._unit[judges], self.values[judges], start)
+            factor = _Factor(self.kernel, self._unit)
+            self._solved = factor.solve(self.values)
+            self._inverse = dtrtri(factor.lower, lower=1)[0]
 
-    def covariance(self, a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Between the values without nugget at points (M, n) and (N, n): (M, N)."""
-        a, b = a / self._lengths, b / self._lengths
-        distance = np.sqrt(3 * np.maximum(np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1) - 2 * a @ b.T, 0))
-        return self._variance * (1 + distance) * np.exp(-distance)
+    @property
+    def nugget(self) -> float:
+        """The variance of one value about the others at its point."""
+        return self.kernel.nugget
 
     def predict(self, unit: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The mean (M,) at points (M, n) and its variance (M,), without the nugget."""
-        covariance = self.covariance(unit, self._unit)
-        variance = self._variance - np.sum((covariance @ self._inverse.T) ** 2, axis=1)
+        covariance = self.kernel.covariance(unit, self._unit)
+        explained = covariance @ self._inverse.T
+        variance = self.kernel.variance - np.einsum("ij,ij->i", explained, explained)
         return covariance @ self._solved, np.maximum(variance, 0)
 
     def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """What the values without nugget may be at points (M, n), less their mean, together: (count, M)."""
-        explained = self.covariance(unit, self._unit) @ self._inverse.T
-        values, vectors = np.linalg.eigh(self.covariance(unit, unit) - explained @ explained.T)
+        explained = self.kernel.covariance(unit, self._unit) @ self._inverse.T
+        values, vectors = np.linalg.eigh(self.kernel.covariance(unit, unit) - explained @ explained.T)
         return rng.standard_normal((count, len(unit))) * np.sqrt(np.maximum(values, 0)) @ vectors.T
 
     def held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -69,28 +80,68 @@ class Process:
         precision = np.sum(self._inverse**2, axis=0)
         return self._solved / precision, 1 / np.sqrt(precision)
 
-    def log_likelihood(self, unit: NDArray[np.float64]) -> float:
-        """Of the values if they were at other points (N, n), but for a constant."""
-        unit = unit[self._known]
-        covariance = self.covariance(unit, unit)
-        covariance[np.diag_indices(len(unit))] = self._variance + self.nugget + JITTER
-        factor = np.linalg.cholesky(covariance)
-        return float(-0.5 * np.sum(solve_triangular(factor, self.values, lower=True) ** 2) - np.log(np.diag(factor)).sum())
+    def surprise(self, unit: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """Less the log likelihood of the values that kernels are judged by if all were at other points (N, n), but for a constant; and its slope (N, n) by these."""
+        rows = np.flatnonzero(self._known)[judged_by(len(self.values))]
+        points, values = unit[rows], self.values[judged_by(len(self.values))]
+        factor = _Factor(self.kernel, points)
+        surprise, residual = factor.surprise(values)
+        pull = residual * (1.5 * self.kernel.variance * np.exp(-factor.distances))
+        slope = np.zeros_like(unit)
+        # Less 1/2 sum of `pull` times the squared distances, each of which has two ends, is what the surprise goes with.
+        slope[rows] = 2 * (pull @ points - pull.sum(axis=1)[:, None] * points) / self.kernel.lengths**2
+        return surprise, slope
 
 
-def _most_probable(objective, start: NDArray[np.float64], bounds: Sequence[tuple[float, float]]) -> tuple[NDArray[np.float64], float]:
-    """The hyperparameters of the largest marginal likelihood times a prior: lengths about the width of the box (within a factor of three, one sd), a nugget
-    of a thousandth of the variance (within a factor of thirty)."""
-    count = len(start)
-    middle = np.zeros(count)
-    width = np.full(count, np.log(3.0))
-    middle[0], width[0] = np.log(3.0), np.log(10.0)
-    middle[-1], width[-1] = np.log(1e-3), np.log(30.0)
+def judged_by(count: int) -> slice:
+    """Which of so many values a kernel is found by: all, or every second, third, ... of them."""
+    return slice(None, None, -(-count // JUDGED_BY))
 
-    def penalised(x):
-        value, gradient = objective(x)
-        away = (x - middle) / width
-        return value + 0.5 * np.sum(away**2), gradient + away / width
 
-    found = minimize(penalised, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 100})
-    return found.x, found.fun
+class _Factor:
+    """The covariance of values at points (N, n), factored."""
+
+    def __init__(self, kernel: Kernel, unit: NDArray[np.float64]) -> None:
+        self.distances = kernel.distances(unit, unit)
+        self.without_nugget = (kernel.variance * (1 + self.distances)) * np.exp(-self.distances)
+        covariance = self.without_nugget.copy()
+        covariance[np.diag_indices(len(unit))] = kernel.variance + kernel.nugget + JITTER
+        self.lower, failed = dpotrf(covariance, lower=1, clean=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance of a process is not positive definite")
+
+    def solve(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return cho_solve((self.lower, True), values, check_finite=False)
+
+    def surprise(self, values: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """Less the log likelihood of the values, but for a constant, and twice its slope by the covariance, (N, N): K⁻¹ - K⁻¹ y yᵀ K⁻¹. Source: Rasmussen and Williams (2006),
+        Eq. 5.9."""
+        solved = self.solve(values)
+        below = dpotri(self.lower, lower=1)[0]
+        inverse = np.tril(below) + np.tril(below, -1).T
+        return float(0.5 * values @ solved + np.log(np.diag(self.lower)).sum()), inverse - np.outer(solved, solved)
+
+
+def _most_probable(unit: NDArray[np.float64], values: NDArray[np.float64], start: Kernel | None) -> Kernel:
+    """The kernel of the largest marginal likelihood times its prior."""
+    size = unit.shape[1]
+    ends, middle, width = (np.log(np.array([each[0], *[each[1]] * size, each[2]])) for each in (_ENDS, _MIDDLE, _FACTOR))
+    first = np.array([1.0, *np.ones(size), 1e-2]) if start is None else np.array([start.variance, *start.lengths, start.nugget])
+
+    def kernel(logs: NDArray[np.float64]) -> Kernel:
+        numbers = np.exp(logs)
+        return Kernel(float(numbers[0]), numbers[1:-1], float(numbers[-1]))
+
+    def surprise(logs: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        tried = kernel(logs)
+        factor = _Factor(tried, unit)
+        value, residual = factor.surprise(values)
+        by_squares = residual * (1.5 * tried.variance * np.exp(-factor.distances))
+        scaled, of_rows = unit / tried.lengths, by_squares.sum(axis=1)
+        along = of_rows @ scaled**2 - np.einsum("ik,ik->k", scaled, by_squares @ scaled)
+        slope = np.array([0.5 * np.sum(residual * factor.without_nugget), *(2 * along), 0.5 * tried.nugget * np.trace(residual)])
+        away = (logs - middle) / width
+        return value + 0.5 * away @ away, slope + away / width
+
+    found = minimize(surprise, np.log(first), jac=True, method="L-BFGS-B", bounds=[tuple(each) for each in ends], options={"maxiter": 100})
+    return kernel(found.x)

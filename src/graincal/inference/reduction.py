@@ -10,6 +10,11 @@ LEFT_OUT = 1e-5
 MOST_COMPONENTS, MOST_OF_SEGMENT = 8, 4
 
 
+def columns(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Curves (..., T, J) observable by observable, as the error model orders them: (..., J T)."""
+    return np.swapaxes(values, -1, -2).reshape(*values.shape[:-2], values.shape[-1] * values.shape[-2])
+
+
 class Reduction:
     """Curves as basis times scores. Those of a segment are the principal components of what the scores of the segments before it do not say of it.
 

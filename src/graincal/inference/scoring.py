@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from graincal.data import InputError, Reference
 from graincal.inference.error_model import ErrorModel, error_model, mean_variances
 from graincal.inference.errors import observable_errors, sample_errors
-from graincal.inference.likelihood import ReducedLikelihood, columns
+from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.reduction import columns
 from graincal.inference.thinning import Thinning
 
 # Draws of the measurement errors for each predicted response, to find the ends of a band with.
@@ -33,7 +34,7 @@ class Score:
 
 
 def score(
-    responses: NDArray[np.float64], reference: Reference, probability: float = 0.9, *, correlation_length: float | None = None, discrepancy: bool = False
+    responses: NDArray[np.float64], reference: Reference, probability: float = 0.9, *, correlation_length: float | None = None, discrepancy: bool | None = None
 ) -> Score:
     """Compare equally probable responses (K, T, J), at least two, with a reference that they were not fitted to.
 
@@ -55,7 +56,7 @@ def score(
     )
 
 
-def _coverage(responses: NDArray[np.float64], reference: Reference, probability: float, discrepancy: bool) -> dict[str, float]:
+def _coverage(responses: NDArray[np.float64], reference: Reference, probability: float, discrepancy: bool | None) -> dict[str, float]:
     """The share of rows within the band, by observable."""
     deviations, rng = np.sqrt(mean_variances(reference, discrepancy)), np.random.default_rng(0)
     within = np.empty(reference.values.shape, dtype=bool)

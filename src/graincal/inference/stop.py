@@ -11,6 +11,9 @@ from typing import Literal
 from graincal.data import InputError
 from graincal.inference.iteration import Iteration
 
+ITERATIONS = 20
+"""The limit of the paper's method where none is set."""
+
 
 @dataclass(frozen=True)
 class Stop:
@@ -20,11 +23,11 @@ class Stop:
     `gl_error_increment`: the GL error (Eq. 7) changed by at most this many percentage points against the previous iteration.
     `error`: the most probable sample's error (Eq. 6) is at most this, in percent.
     `error_increment`: that error changed by at most this many percentage points against the previous iteration.
-    `max_iterations`: so many iterations are complete, iteration 0 included.
+    `max_iterations`: so many iterations are complete, iteration 0 included. None for ITERATIONS by the paper's method and no limit by `PosteriorFilter`.
     `max_evaluations`: the next iteration would bring the evaluations above this. An iteration is never shortened: its number of samples is
     part of the method (Eq. 4).
-    `posterior_shift`: for `PosteriorFilter`, which looks at this and the limits alone: two batches in succession moved no parameter's posterior mean
-    by more than so many standard deviations, and changed no standard deviation by a factor whose log is more.
+    `posterior_shift`: for `PosteriorFilter`, which looks at this and the limits alone: what the emulator does not know moves no parameter's posterior mean
+    by more than so many standard deviations, and changes no standard deviation by a factor whose log is more; and fresh runs fit as the posterior says.
     Raises InputError for values that are not positive numbers (increments and errors may be 0), and when nothing would ever stop.
     """
 
@@ -32,14 +35,14 @@ class Stop:
     gl_error_increment: float | Literal[False] = 0.2
     error: float | Literal[False] = 2.0
     error_increment: float | Literal[False] = 0.2
-    max_iterations: int | Literal[False] = 20
+    max_iterations: int | Literal[False] | None = None
     max_evaluations: int | Literal[False] = False
     posterior_shift: float | Literal[False] = 0.25
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self)):
             value = getattr(self, name)
-            if value is False:
+            if value is False or (value is None and name == "max_iterations"):
                 continue
             count = name.startswith("max_")
             number = isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
@@ -48,6 +51,11 @@ class Stop:
                 raise InputError(f"stop.{name} must be {kind} or false, not {value!r}.")
         if all(getattr(self, field.name) is False for field in fields(self)):
             raise InputError("stop: every criterion is switched off, so that nothing would end the calibration.")
+
+    @property
+    def most_iterations(self) -> int | Literal[False]:
+        """The limit on iterations of the paper's method."""
+        return ITERATIONS if self.max_iterations is None else self.max_iterations
 
     def reached(self, iterations: Sequence[Iteration]) -> dict[str, str]:
         """The criteria that the last of the iterations so far meets: their names, in the order of Eq. 12, with a clause that says it in words."""
@@ -67,8 +75,9 @@ class Stop:
             limit = getattr(self, name)
             if limit is not False and value is not None and value <= limit:
                 met[name] = words.format(value, limit)
-        if self.max_iterations is not False and len(iterations) >= self.max_iterations:
-            met["max_iterations"] = f"the limit of {self.max_iterations} iteration{'s' if self.max_iterations > 1 else ''} is reached"
+        most = self.most_iterations
+        if most is not False and len(iterations) >= most:
+            met["max_iterations"] = f"the limit of {most} iteration{'s' if most > 1 else ''} is reached"
         if self.max_evaluations is not False and evaluations + len(last.samples) > self.max_evaluations:
             met["max_evaluations"] = (
                 f"{evaluations} evaluations are done, and the {len(last.samples)} of another iteration would exceed the limit of {self.max_evaluations}"

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
 from graincal.data import MeasurementError, Reference
@@ -19,6 +20,9 @@ FEWEST, MOST = 50, 100
 
 STEP = 0.04
 """Of a curve from state to state: the sum of what control and observables advance, each as a part of all that it varies by."""
+
+_CHEBYSHEV = 40
+"""Polynomials by which a smooth kernel over a third of the curve is as exact as numbers are."""
 
 _BLOCKS = 400
 """Means of so many blocks of rows say how the curve runs, so that the noise of single rows counts little."""
@@ -98,6 +102,18 @@ class Thinning:
         between = np.maximum(control[self.first][None, :] - end[self.first][:, None], 0)
         above = np.triu(to_end[:, None] * np.exp(-between) * to_begin, 1)
         return above + above.T + np.diag([self._within(shares[rows], control[rows]) for rows in self._rows()])
+
+    def smoothly_alike(self, length: float) -> NDArray[np.float64]:
+        """The covariance of the states (K, K) where that of two rows is exp(-(distance / length)² / 2), not much shorter than the control: by Chebyshev polynomials, of which the means over rows are
+        taken."""
+        low, extent = self.whole.control[0], np.ptp(self.whole.control) or 1.0
+        nodes = np.cos(np.pi * (np.arange(_CHEBYSHEV) + 0.5) / _CHEBYSHEV)
+        kernel = np.exp(-0.5 * ((nodes[:, None] - nodes) * (0.5 * extent / length)) ** 2)
+        to_coefficients = 2 / _CHEBYSHEV * chebvander(nodes, _CHEBYSHEV - 1).T
+        to_coefficients[0] *= 0.5
+        means = np.add.reduceat(chebvander(2 * (self.whole.control - low) / extent - 1, _CHEBYSHEV - 1), self.first, axis=0) / self.counts[:, None]
+        found = means @ to_coefficients @ kernel @ to_coefficients.T @ means.T
+        return 0.5 * (found + found.T)
 
     def _rows(self) -> list[slice]:
         return [slice(begin, end) for begin, end in zip(self.first, np.append(self.first[1:], len(self.whole.control)))]

@@ -13,8 +13,6 @@ from graincal.inference.process import Process
 # The log of a power, before there is an evaluation: zero, more or less (one sd). And as far as it may go.
 LOG_POWER_STD, MOST_LOG_POWER = 0.5, 1.5
 
-DIFFERENCE = 1e-3
-
 # Nearer to the lower end of a range points are the same: a root's slope has no bound there, and runs that differ by roundings would be set apart.
 LEAST = 1e-6
 
@@ -30,14 +28,16 @@ def even_powers(processes: Sequence[Process], unit: NDArray[np.float64], start: 
     A kernel's lengths are the same over the whole of a range, and the response to a rolling coefficient is steep at its lower end and flat beyond.
     One power a parameter serves all processes, so that few evaluations determine it. Source of the idea: Snoek, Swersky, Zemel, Adams (2014), ICML.
     """
+    logs_of_unit = np.log(np.clip(unit, LEAST, 1))
 
-    def surprise(logs: NDArray[np.float64]) -> float:
+    def surprise(logs: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         points = warped(unit, np.exp(logs))
-        return 0.5 * np.sum((logs / LOG_POWER_STD) ** 2) - sum(process.log_likelihood(points) for process in processes)
-
-    def with_gradient(logs: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        steps = DIFFERENCE * np.eye(len(logs))
-        return surprise(logs), np.array([surprise(logs + step) - surprise(logs - step) for step in steps]) / (2 * DIFFERENCE)
+        by_logs = points * logs_of_unit * np.exp(logs)
+        total, slope = 0.5 * np.sum((logs / LOG_POWER_STD) ** 2), logs / LOG_POWER_STD**2
+        for process in processes:
+            value, by_points = process.surprise(points)
+            total, slope = total + value, slope + np.sum(by_points * by_logs, axis=0)
+        return total, slope
 
     bounds = [(-MOST_LOG_POWER, MOST_LOG_POWER)] * len(start)
-    return np.exp(minimize(with_gradient, np.log(start), jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15}).x)
+    return np.exp(minimize(surprise, np.log(start), jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15}).x)

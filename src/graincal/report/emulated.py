@@ -16,7 +16,7 @@ from graincal.inference.error_model import error_model, measurement_errors
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.proposal import systematic_resampling
-from graincal.inference.sensitivity import evidence_of_half_ranges, without_discrepancy
+from graincal.inference.sensitivity import evidence_of_half_ranges, under_other_errors
 from graincal.report.findings import PROBABILITY
 from graincal.report.groups import Group, find_groups
 
@@ -46,6 +46,11 @@ class Mode:
     centre: NDArray[np.float64]
     best: NDArray[np.float64]
     error: float
+
+
+def allows_discrepancy(result: Result) -> bool:
+    """Whether the model may be unable to reproduce some test."""
+    return any(errors.discrepancies.any() for errors in result.filter.errors)
 
 
 class Emulated:
@@ -141,14 +146,17 @@ class Emulated:
     @cached_property
     def without_discrepancy(self) -> Posterior | None:
         """The posterior if the model were able to reproduce the test; None where no discrepancy is allowed for anyway."""
-        options = self.result.calibration.error_options
-        if not options["discrepancy"]:
-            return None
+        return self._without(discrepancy=False) if allows_discrepancy(self.result) else None
+
+    @cached_property
+    def without_packings(self) -> Posterior | None:
+        """The posterior if all packings were alike; None where what they differ by is not known anyway."""
+        return self._without(packings=False) if any(self.result.filter.packings) else None
+
+    def _without(self, **terms: bool) -> Posterior:
         filter = self.result.filter
         with threadpool_limits(1):
-            return without_discrepancy(
-                self.emulation, self.result.space, filter.thinnings, filter.scatters, options["correlation_length"], np.random.default_rng(0)
-            )
+            return under_other_errors(self.emulation, self.result.space, filter.kept, filter.scatters, filter.errors_if(**terms), np.random.default_rng(0))
 
     def expected_error(self) -> float:
         """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average.

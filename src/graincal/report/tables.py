@@ -158,7 +158,7 @@ def of_provenance(result: Result) -> Table:
     limits = {name: limit for name, limit in asdict(result.stop).items() if name in CRITERIA[calibration.method]}
     if result.has_posterior:
         limits["max_evaluations"] = calibration.blank_filter().most_evaluations or False
-    stops = {name.replace("_", " "): "off" if limit is False else f"{limit:g}" for name, limit in limits.items()}
+    stops = {name.replace("_", " "): "off" if limit is False or limit is None else f"{limit:g}" for name, limit in limits.items()}
     rows = [
         ("calibration begun", _moment(result.started)),
         ("report written", _moment(datetime.now(timezone.utc).isoformat())),
@@ -184,11 +184,11 @@ def _settings(calibration: Calibration) -> dict[str, str]:
         return {
             **({"first look": _first_look(calibration)} if calibration.first_look else {}),
             "first batch": str(used.first_batch),
-            "batch": str(used.batch),
+            "batch": "a quarter of the runs so far" if used.batch is None else str(used.batch),
             **({"ahead": str(used.ahead)} if used.ahead else {}),
             **({"early stop": "of runs that cannot matter"} if used.early_stop else {}),
             "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
-            "discrepancy": "marginalised" if calibration.error_options["discrepancy"] else "none",
+            "discrepancy": _allowed(used),
         }
     return {
         "alpha": f"{used.alpha:g}",
@@ -233,3 +233,9 @@ def _listed(values: dict[str, str]) -> str:
 
 def _moment(text: str) -> str:
     return datetime.fromisoformat(text).astimezone(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
+
+
+def _allowed(used: PosteriorFilter) -> str:
+    """The discrepancies that are allowed for, as parts of the peaks."""
+    sizes = sorted({float(size) for errors in used.errors for size in errors.discrepancies if size})
+    return f"{100 * sizes[0]:g} to {100 * sizes[-1]:g} % of the peaks" if sizes else "none"

@@ -8,7 +8,7 @@ from graincal.campaign import Result
 from graincal.inference.early_stop import MOST_DROPPED
 from graincal.models import StressPathTest
 from graincal.report import numbers
-from graincal.report.emulated import Emulated
+from graincal.report.emulated import Emulated, allows_discrepancy
 from graincal.report.findings import FEW, PROBABILITY, signed
 from graincal.report.quantities import Quantity, parameters, quantity
 
@@ -68,7 +68,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
             f"The emulator is rough: near the posterior it misses held-out runs by {100 * max(emulation.held_out):.2g} % of the spread of the responses, more than "
             f"{100 * ROUGH:g} %. Intervals are wider for it, and may be in the wrong place."
         )
-    if emulated.unsure > MUCH_UNSURE:
+    if emulated.unsure > MUCH_UNSURE and not result.settled:
         said.append(
             f"{100 * emulated.unsure:.0f} % of the probability lies where too few runs were made to know whether the parameters fit: the intervals say where runs are wanting "
             "as much as what the test says. More evaluations would narrow them, and may move them."
@@ -98,7 +98,7 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
         said.append(
             f"The answer is {numbers.value(answer.mean, 3)} % from the reference, and {causes[0].lower()}{causes[1:]} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
             "or the errors are stated too small, or the answer lies where the emulator is wrong. "
-            + ("The intervals allow for a discrepancy of the model." if result.calibration.error_options["discrepancy"] else "The intervals leave that out; discrepancy = true allows for it.")
+            + ("The intervals allow for a discrepancy of the model." if allows_discrepancy(result) else "The intervals leave that out; discrepancy = true allows for it.")
         )
     if answer and FAR * answer.mean < expected:
         said.append(
@@ -170,23 +170,27 @@ def _identified(emulated: Emulated) -> str:
 
 def _preliminary(result: Result, emulated: Emulated) -> str:
     """What is to be read before anything else, where more evaluations would say something else; nothing where they would not."""
+    if result.settled:
+        return ""
     if emulated.unsure > MOSTLY_UNSURE:
         return f"Preliminary: {100 * emulated.unsure:.0f} % of the probability lies where too few runs were made. What follows may yet move by more than its intervals say."
     return "Preliminary: the posterior has not settled. What follows may yet move." if _unsettled(result) else ""
 
 
 def _unsettled(result: Result) -> str:
-    """How the posterior was still moving, as a clause; nothing where it has settled, or ended for another reason than a limit."""
-    if result.stopped_by not in (None, "max_evaluations", "max_iterations"):
+    """Why the posterior cannot be said to have settled, as a clause; nothing where it has, or ended for another reason than a limit."""
+    if result.settled or result.stopped_by not in (None, "max_evaluations", "max_iterations"):
         return ""
-    answered = len(result.answer.samples) > 0
-    moved = result.filter.shift(1 if answered else 0)
-    if moved <= result.stop.posterior_shift:
+    filter, enough = result.filter, result.stop.posterior_shift
+    if filter.doubt is None or not filter.emulation.predicts:
+        return "the emulator predicts nothing by which to tell"
+    if enough is False:
         return ""
-    if not np.isfinite(moved):
-        compared = [each for each in result.filter.emulations[: -1 if answered else None][-2:] if each]
-        return "there was no second batch to compare with" if len(compared) < 2 else "after one of the last two batches the emulator predicted nothing by which to tell"
-    return f"the last batch{' before the runs at the answer' if answered else ''} moved it by {moved:.2g} standard deviations"
+    if filter.doubt.most > enough:
+        return f"what the emulator does not know may move means and spreads by {filter.doubt.most:.2g} standard deviations, and {enough:g} is enough"
+    if not np.isfinite(filter.confirmed):
+        return "fresh runs at draws from it, which would confirm it, were not made"
+    return f"fresh runs at draws from it left {filter.confirmed:.2g} times the probability there, or moved it"
 
 
 def _ridges(emulated: Emulated) -> str:
@@ -285,7 +289,7 @@ def _conditions(result: Result) -> list[str]:
     """What the posterior takes for granted."""
     said = []
     for number, packings in ((1, ("this packing", "one packing")), (2, ("these two packings", "two"))):
-        names = [each.name for each in result.experiments if isinstance(each.model, StressPathTest) and not each.scatters and len(each.model.packings) == number]
+        names = [each.name for each, known in zip(result.experiments, result.filter.packings) if isinstance(each.model, StressPathTest) and not known and len(each.model.packings) == number]
         if names:
             of = f" in {_listed(names)}" if len(result.experiments) > 1 else ""
             said.append(f"It is conditional on {packings[0]}{of}: another of the same grading and void ratio would move the parameters, by how much {packings[1]} cannot tell.")

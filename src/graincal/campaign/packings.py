@@ -1,0 +1,74 @@
+"""What packings differ by: runs on packings like those of a calibration's models, at a few places that fit, kept beside its own evaluations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign.listener import Listener
+from graincal.data import Failure, InputError, Response, Samples
+from graincal.inference import PosteriorFilter
+from graincal.inference.packings import SIBLINGS
+
+if TYPE_CHECKING:
+    from graincal.campaign.calibration import Calibration
+    from graincal.campaign.experiment import Experiment
+    from graincal.campaign.store import Store
+
+STUDY = -1
+"""The number under which a store keeps the samples of the study, whose ids are below 0: no iteration's."""
+
+TROUBLE = "packings"
+"""The key under which a store keeps why packings could not be prepared."""
+
+
+def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Store, listeners: Sequence[Listener] = ()) -> None:
+    """Run what the filter wants to be run on siblings of each experiment's packing, as far as the store does not hold it, and tell it."""
+    samples = _samples(filter.places, calibration.space.names)
+    store.ask(STUDY, samples, len(calibration.experiments))
+    for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):
+        waiting = samples.take(np.isin(samples.ids, store.waiting(STUDY, number)))
+        if siblings is None or not len(waiting) or store.meta(TROUBLE):
+            continue
+        for listener in listeners:
+            listener.remark(f"Learns what packings differ by: prepares {SIBLINGS} packings like that of {experiment.name}, where they are not there yet, and runs {len(waiting)} samples on them.")
+        try:
+            model = experiment.model.on_siblings(SIBLINGS, calibration.number_of_workers)
+        except InputError as error:
+            store.keep(TROUBLE, str(error))
+            for listener in listeners:
+                listener.remark(f"What packings differ by is left out, for none like that of {experiment.name} could be prepared: {error}")
+            continue
+        store.begin(waiting.ids, number)
+        with closing(replace(experiment, model=model).evaluate(calibration.space.seen_by(number, waiting), calibration.number_of_workers)) as outcomes:
+            for row, outcome in outcomes:
+                store.record(int(waiting.ids[row]), number, outcome)
+    tell_packings(filter, store, calibration.experiments)
+
+
+def tell_packings(filter: PosteriorFilter, store: Store, experiments: Sequence[Experiment]) -> None:
+    """Tell a filter what the store holds of runs on siblings."""
+    samples = store.samples(STUDY)
+    # Ids count down.
+    samples = samples.take(np.argsort(-samples.ids))
+    filter.tell_packings(samples.theta[::SIBLINGS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)])
+
+
+def _samples(places: NDArray[np.float64], names: tuple[str, ...]) -> Samples:
+    """Each place once for each sibling, which a model chooses by the id."""
+    return Samples(-1 - np.arange(len(places) * SIBLINGS, dtype=np.int64), np.repeat(places, SIBLINGS, axis=0), names)
+
+
+def _responses(samples: Samples, store: Store, number: int, experiment: Experiment) -> NDArray[np.float64] | None:
+    """What siblings gave at each place, (S, P, T, J), NaN where there is no response; None where nothing was run."""
+    outcomes = [store.outcome(int(id), number) for id in samples.ids]
+    if not any(isinstance(outcome, (Response, Failure)) for outcome in outcomes):
+        return None
+    nothing = np.full(experiment.reference.values.shape, np.nan)
+    found = np.array([experiment.observables(outcome) if isinstance(outcome, Response) else nothing for outcome in outcomes])
+    return np.swapaxes(found.reshape(-1, SIBLINGS, *found.shape[1:]), 0, 1)
