@@ -111,14 +111,14 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
         look = None
         if method == "posterior, first look":
             cheap = _test(prepare(250, 0.68))
-            filter = PosteriorFilter(SPACE, reference, seed=seed, **LOOK)
+            filter = PosteriorFilter(SPACE, reference, seed=seed, discrepancy=False, **LOOK)
             while not filter.finished:
                 spent = _evaluate(filter, cheap, arguments.threads)
                 seconds, particle_steps = seconds + spent[0], particle_steps + spent[1]
             usable = filter.evaluations.usable
             look = FirstLook(filter.evaluations.theta[usable], (filter.evaluations.responses[0][usable],))
         limits = Stop(max_evaluations=arguments.max_evaluations, max_iterations=False)
-        filter = PosteriorFilter(SPACE, reference, seed=seed, first_look=look, stop=limits, early_stop=method == "posterior, early stop")
+        filter = PosteriorFilter(SPACE, reference, seed=seed, first_look=look, discrepancy=False, stop=limits, early_stop=method == "posterior, early stop")
     else:
         only_s = Stop(gl_error_increment=False, error=False, error_increment=False, max_iterations=arguments.max_iterations)
         filter = IterativeBayesianFilter(SPACE, reference, seed=seed, stop=only_s)

@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -138,12 +139,22 @@ def calibrate(part: str, problem: Problem, method: str, seed: int, pythons: dict
 
 
 def posterior_method(goal: Goal, seed: int, pythons: dict[str, str], stops: bool = False) -> None:
-    """graincal's posterior method at its defaults; it goes on after it has settled until the goal is reached. stops: a run that is stopped early counts as
-    the part of an evaluation that was run."""
-    length = INDEPENDENT if goal.exact else None
-    stop = Stop(posterior_shift=False, max_iterations=False, max_evaluations=MOST_POSTERIOR)
-    filter = PosteriorFilter(SPACE, goal.reference, correlation_length=length, stop=stop, seed=seed, early_stop=stops)
-    enough = Stop().posterior_shift
+    """graincal's posterior method at its defaults, but for a discrepancy that these models do not have; once without an end until the goal is reached, and once to where it settles by itself.
+    stops: a run that is stopped early counts as the part of an evaluation that was run."""
+    with suppress(Enough):
+        _posterior_method(goal, seed, stops, posterior_shift=False)
+    if not goal.exact:
+        return
+    goal.count = 0
+    filter = _posterior_method(goal, seed, stops, posterior_shift=Stop().posterior_shift)
+    if filter.stopped_by == "posterior_shift":
+        before = filter.emulations[-2].posterior
+        goal.settled, goal.right = goal.count - len(filter.iterations[-1].samples), goal.posterior(before.mean(), before.std())
+
+
+def _posterior_method(goal: Goal, seed: int, stops: bool, posterior_shift: float | bool) -> PosteriorFilter:
+    stop = Stop(posterior_shift=posterior_shift, max_evaluations=MOST_POSTERIOR)
+    filter = PosteriorFilter(SPACE, goal.reference, correlation_length=INDEPENDENT if goal.exact else None, discrepancy=False, stop=stop, seed=seed, early_stop=stops)
     while not filter.finished:
         samples, early_stop = filter.ask(), filter.early_stops[0] if stops else None
         responses = goal.evaluate(samples.theta)
@@ -152,11 +163,10 @@ def posterior_method(goal: Goal, seed: int, pythons: dict[str, str], stops: bool
             response[states:] = np.nan
         goal.count -= sum(1 - states / len(STRAIN) for states in reached)
         filter.tell(samples, responses, stopped=np.array(reached) < len(STRAIN))
-        right = goal.posterior(filter.posterior.mean(), filter.posterior.std())
-        if goal.settled is None and max(filter.shift(), filter.shift(1)) <= enough:
-            goal.settled, goal.right = goal.count, right
-        if goal.exact and goal.reached and goal.settled:
-            return
+        goal.posterior(filter.posterior.mean(), filter.posterior.std())
+        if goal.exact and goal.reached and posterior_shift is False:
+            break
+    return filter
 
 
 def _states_run(early_stop: EarlyStop | None, id: int, response: NDArray) -> int:

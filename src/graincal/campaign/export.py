@@ -7,7 +7,6 @@ import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import astuple, fields
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -37,8 +36,9 @@ def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[P
     ]
     figures = ["iteration", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error"]
     if result.has_posterior:
-        figures = ["iteration", "samples", "failed", "smallest_error", *(field.name for field in fields(Learnt))]
-        iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *learnt.figures().values()] for i, learnt in zip(result.iterations, result.learnt)]
+        of_posterior = tuple(Learnt().figures())
+        figures = ["iteration", "samples", "failed", "smallest_error", *of_posterior]
+        iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *(getattr(learnt, name) for name in of_posterior)] for i, learnt in zip(result.iterations, result.learnt)]
     tables = {
         "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure", "stopped"], samples),
         "iterations.csv": (figures, iterations),

@@ -91,5 +91,5 @@ def _doubts(ranked: list[Contender]) -> list[str]:
     if near:
         doubts.append(f"By evidence {best.name} is not better than {' and '.join(near)} for all that is known: the difference is within what they may be off by.")
     if unsettled:
-        doubts.append(f"Not settled yet by the criterion of their shift, so that evidences and predictions may move: {', '.join(unsettled)}.")
+        doubts.append(f"Not settled yet, so that evidences and predictions may move: {', '.join(unsettled)}.")
     return doubts

@@ -13,7 +13,6 @@ import numpy as np
 
 from graincal.data import InputError, ParameterSpace
 from graincal.inference import DEFAULT_METHOD
-from graincal.inference.posterior_filter import EVALUATIONS_PER_PARAMETER
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
 from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, STRAINS, STRESS_MEASURES, unsheared
@@ -142,7 +141,7 @@ def propose(
         "\n".join([*_experiment(file, observables), *_model(file, confining_pressure, _grains(file, void_ratio) if packing is None else _packing(packing, folder))]),
         _reference(file, strain, folder),
         f'[filter]\n# "iterative-bayesian" is the method of Hartmann, Cheng, Thornton (2022): more runs, and no probabilities.\nmethod = "{DEFAULT_METHOD}"',
-        f'[stop]\n# Or sooner, where the posterior has settled. More make it surer; graincal resume goes on with more, too.\nmax_evaluations = {EVALUATIONS_PER_PARAMETER * space.size}',
+        "[stop]\n# It ends where the posterior has settled. A limit of your own ends it sooner; graincal resume goes on with more:\n# max_evaluations = 300",
         '[run]\nworkers = "all"\nseed    = 1',
     ]
     return "\n\n".join(blocks) + "\n"
