@@ -150,7 +150,7 @@ def test_a_sample_has_the_density_of_the_batch_that_it_was_drawn_from(expected):
 
 
 @pytest.mark.parametrize("stop, sizes", [(Stop(max_iterations=1), [16, 3]), (Stop(max_iterations=3, posterior_shift=False), [16, 8, 8, 3]),
-                                         (Stop(max_evaluations=35, posterior_shift=False), [16, 8, 8, 3]), (Stop(max_evaluations=34, posterior_shift=False), [16, 15, 3])])  # fmt: skip
+                                         (Stop(max_evaluations=35, posterior_shift=False), [16, 8, 8, 3]), (Stop(max_evaluations=34, posterior_shift=False), [16, 8, 3])])  # fmt: skip
 def test_limits_count_what_is_asked_for(stop, sizes, fewer_draws):
     filter = new_filter(stop=stop)
     finish(filter, test_curves)

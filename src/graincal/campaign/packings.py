@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 STUDY = -1
 """The number under which a store keeps the samples of the study, whose ids are below 0: no iteration's."""
 
+STUDIED = "packings_studied"
+"""The key under which a store keeps that all of the study is there."""
+
 TROUBLE = "packings"
 """The key under which a store keeps why packings could not be prepared."""
 
@@ -48,20 +51,24 @@ def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Sto
         with closing(replace(experiment, model=model).evaluate(calibration.space.seen_by(number, waiting), calibration.number_of_workers)) as outcomes:
             for row, outcome in outcomes:
                 store.record(int(waiting.ids[row]), number, outcome)
+    store.keep(STUDIED, "yes")
     tell_packings(filter, store, calibration.experiments)
+
+
+def studied(store: Store) -> bool:
+    """Whether the store holds all of the study: marked once it is whole."""
+    return store.meta(STUDIED) is not None
 
 
 def tell_packings(filter: PosteriorFilter, store: Store, experiments: Sequence[Experiment]) -> None:
     """Tell a filter what the store holds of runs on siblings."""
     samples = store.samples(STUDY)
-    # Ids count down.
-    samples = samples.take(np.argsort(-samples.ids))
     filter.tell_packings(samples.theta[::SIBLINGS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)])
 
 
 def _samples(places: NDArray[np.float64], names: tuple[str, ...]) -> Samples:
     """Each place once for each sibling, which a model chooses by the id."""
-    return Samples(-1 - np.arange(len(places) * SIBLINGS, dtype=np.int64), np.repeat(places, SIBLINGS, axis=0), names)
+    return Samples(np.arange(-len(places) * SIBLINGS, 0, dtype=np.int64), np.repeat(places, SIBLINGS, axis=0), names)
 
 
 def _responses(samples: Samples, store: Store, number: int, experiment: Experiment) -> NDArray[np.float64] | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.experiment import Experiment
-from graincal.campaign.packings import tell_packings
+from graincal.campaign.packings import studied, tell_packings
 from graincal.campaign.store import Store, same
 from graincal.data import ParameterSpace, Response, Samples
 from graincal.inference import PosteriorFilter, Stop
@@ -21,7 +21,7 @@ INFEASIBLE = "infeasible"
 
 
 def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[Experiment]) -> None:
-    """Tell a filter the outcomes of samples, all of which the store holds."""
+    """Tell a filter the outcomes of samples, all of which the store holds; and those of the study of packings, if it waits for that and the store holds all of it."""
     failed, infeasible, stopped = np.zeros((3, len(samples)), dtype=bool)
     responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
     for row, id in enumerate(samples.ids):
@@ -34,6 +34,8 @@ def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[E
                 failed[row] = True
                 infeasible[row] |= outcome is not None and outcome.kind == INFEASIBLE
     filter.tell(samples, responses, failed, infeasible, stopped)
+    if isinstance(filter, PosteriorFilter) and filter.places is not None and studied(store):
+        tell_packings(filter, store, experiments)
 
 
 def replay(store: Store, calibration: Calibration) -> Filter:
@@ -45,7 +47,6 @@ def replay(store: Store, calibration: Calibration) -> Filter:
         if not same(asked, iteration.samples):
             raise store.other_samples(index)
         tell(filter, asked, store, calibration.experiments)
-        _tell_packings(filter, store, calibration)
     return filter
 
 
@@ -57,13 +58,7 @@ def learn_again(store: Store, calibration: Calibration) -> Filter:
     for iteration in store.iterations():
         filter.ask_instead(iteration.samples)
         tell(filter, iteration.samples, store, calibration.experiments)
-        _tell_packings(filter, store, calibration)
     return filter
-
-
-def _tell_packings(filter: Filter, store: Store, calibration: Calibration) -> None:
-    if isinstance(filter, PosteriorFilter) and filter.places is not None:
-        tell_packings(filter, store, calibration.experiments)
 
 
 def runs_at_answer(samples: Samples, space: ParameterSpace) -> bool:

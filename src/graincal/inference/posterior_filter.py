@@ -365,7 +365,7 @@ class PosteriorFilter(AskTellFilter):
     def _propose_one(self) -> None:
         rng, size = self._rng("propose", self._batches_asked), self._next_size
         emulation = self.emulation
-        if self._calm and self._fresh is None and self._fits(FRESH):
+        if self._confirms:
             drawn = systematic_resampling(emulation.posterior.weights, FRESH, rng)
             self._fresh = (self._batches_asked, emulation)
             self._ask(DefensiveMixture(self.space), 0, emulation.posterior.samples[drawn])
@@ -380,16 +380,17 @@ class PosteriorFilter(AskTellFilter):
         self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), size)
 
     @property
+    def _confirms(self) -> bool:
+        """Whether the next batch is that of fresh runs."""
+        return self._calm and self._fresh is None
+
+    @property
     def _next_size(self) -> int:
-        """How many samples the next batch has: as many as the runs are to grow by before the posterior is looked at again, where it is not said."""
-        if self.batch is not None:
-            return self.batch
-        size, most = max(2 * self.space.size, int(np.ceil(GROWTH * self._batches.asked))), self.most_evaluations
-        if most is None:
-            return size
-        room = most - self._batches.asked - self._at_answer
-        # The last one takes what is left.
-        return room if room < size + 2 * self.space.size else size
+        """How many samples the next batch has: as many as the runs are to grow by before the posterior is looked at again, where it is not said. A limit changes nothing of it, so that whoever
+        raises one goes on with the same batches."""
+        if self._confirms:
+            return FRESH
+        return max(2 * self.space.size, int(np.ceil(GROWTH * self._batches.asked))) if self.batch is None else self.batch
 
     @property
     def _at_answer(self) -> int:
@@ -461,7 +462,7 @@ class PosteriorFilter(AskTellFilter):
         met, stop, count = {}, self.stop, self._batches.asked
         if stop.max_iterations and self._batches_asked >= stop.max_iterations:
             met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
-        if not self._fits(2 * self.space.size if self.batch is None else self.batch):
+        if not self._fits(self._next_size):
             met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
         return met
 

@@ -1,0 +1,110 @@
+"""What packings differ by, as a part of a campaign: run once, kept, and found again by whoever goes on with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import graincal as gc
+from graincal.campaign.packings import STUDY
+from graincal.campaign.status import status
+from graincal.data import InputError
+from graincal.inference.packings import PLACES, SIBLINGS
+from graincal.models import StressPathTest
+
+from . import frictional
+
+pytestmark = pytest.mark.usefixtures("fewer_draws")
+
+TRUTH = (32.0, 0.3)
+ERRORS = {"stress_ratio": 0.01, "volumetric_strain": 3e-4}
+SPACE = gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)}, units={"phi": "deg"})
+FIXED = {"log_E": 8, "nu": 0.2, "beta_m": 0.1}
+
+
+@pytest.fixture
+def engine(monkeypatch):
+    """A soil in closed form, whose siblings have other frictions; `runs` counts the evaluations on these, `prepared` how often they were asked for, and `breaks_at` ends the process' patience."""
+
+    class Engine:
+        runs = prepared = 0
+        breaks_at = np.inf
+
+    own = StressPathTest.evaluate
+
+    def evaluate(test, samples, at, workers=None):
+        for row, id in enumerate(samples.ids):
+            which = int(id) % SIBLINGS if len(test.packings) == SIBLINGS else None
+            for _, response in frictional.evaluate(test, samples.take([row]), at, workers):
+                if which is not None:
+                    Engine.runs += 1
+                    if Engine.runs > Engine.breaks_at:
+                        raise KeyboardInterrupt
+                    stress = 1 + (response.values["stress_ratio"] - 1) * (1 + 0.05 * (which - 2.5))
+                    response = gc.Response(response.control, {**response.values, "stress_ratio": stress}, response.details)
+                yield row, response
+
+    def on_siblings(packing, count, threads=1):
+        Engine.prepared += 1
+        return [packing] * count
+
+    assert own is not evaluate
+    monkeypatch.setattr(StressPathTest, "evaluate", evaluate)
+    monkeypatch.setattr("graincal.models.stress_path.siblings", on_siblings)
+    return Engine
+
+
+def calibrate(folder=None, **options):
+    test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED)
+    reference = gc.Reference(frictional.STRAIN, frictional.curves(*TRUTH), measurement_errors=ERRORS)
+    return gc.calibrate(test, reference, SPACE, folder=folder, **{"seed": 1, "workers": 1, "first_batch": 8, "stop": gc.Stop(max_iterations=2)} | options)
+
+
+def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
+    result = calibrate(tmp_path / "campaign")
+    assert engine.runs == SIBLINGS * PLACES and engine.prepared == 1
+    assert result.evaluations == len(result.samples) == status(tmp_path / "campaign")["evaluations"] and result.ids.min() == 0
+    (scatter,) = result.filter.packings
+    # Six strengths from 0.875 to 1.125 of the own one, at each of the places.
+    last = frictional.STRAIN[-1] * np.unique(result._store.samples(STUDY).theta[:, 0]) / 10
+    assert np.sqrt(scatter.covariance[19, 19]) == pytest.approx(np.std(0.05 * np.arange(6), ddof=1) * np.sqrt(np.mean(last**2)))
+    alone = calibrate(packing_scatter=False)
+    assert engine.runs == SIBLINGS * PLACES
+    assert result.posterior.std()[0] > 1.5 * alone.posterior.std()[0]
+    again = gc.Result.read(tmp_path / "campaign")
+    np.testing.assert_array_equal(again.filter.packings[0].covariance, scatter.covariance)
+    np.testing.assert_array_equal(again.posterior.weights, result.posterior.weights)
+
+
+@pytest.mark.parametrize("ahead", [0, 1])
+def test_broken_off_within_it_a_campaign_ends_as_if_it_never_was(engine, tmp_path, ahead):
+    whole = calibrate(ahead=ahead)
+    engine.runs, engine.breaks_at = 0, 5
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(tmp_path / "campaign", ahead=ahead)
+    engine.breaks_at = np.inf
+    resumed = gc.resume(tmp_path / "campaign")
+    # The five that had ended are kept.
+    assert engine.runs == 6 + SIBLINGS * PLACES - 5
+    np.testing.assert_array_equal(resumed.samples, whole.samples)
+    np.testing.assert_array_equal(resumed.posterior.samples, whole.posterior.samples)
+    np.testing.assert_array_equal(resumed.posterior.weights, whole.posterior.weights)
+
+
+def test_where_no_packing_can_be_prepared_that_is_said_and_left_out(engine, tmp_path, monkeypatch):
+    def out_of_reach(packing, count, threads=1):
+        raise InputError("particles: too few.")
+
+    monkeypatch.setattr("graincal.models.stress_path.siblings", out_of_reach)
+    result = calibrate(tmp_path / "campaign")
+    assert result.filter.packings == (None,) and engine.runs == 0
+    assert "What packings differ by is left out, for none like that of experiment could be prepared: particles: too few." in (tmp_path / "campaign" / "log.txt").read_text()
+    assert gc.Result.read(tmp_path / "campaign").filter.packings == (None,)
+
+
+def test_a_campaign_that_goes_on_does_not_run_it_again(engine, tmp_path):
+    calibrate(tmp_path / "campaign")
+    more = gc.resume(tmp_path / "campaign", max_iterations=4)
+    assert engine.runs == SIBLINGS * PLACES and len(more._store.samples(STUDY)) == SIBLINGS * PLACES
+    whole = calibrate(stop=gc.Stop(max_iterations=4))
+    np.testing.assert_array_equal(more.posterior.weights, whole.posterior.weights)
