@@ -75,8 +75,14 @@ class Calibration:
             object.__setattr__(self, "space", self.space.for_experiments([experiment.name for experiment in self.experiments]))
             object.__setattr__(self, "truth", _truth_of_unknowns(self.space, self.truth))
         object.__setattr__(self, "truth", MappingProxyType(dict(self.truth)))
-        if self.method == POSTERIOR and "first_batch" not in self.filter_options and (count := self._filling()):
-            object.__setattr__(self, "filter_options", MappingProxyType({**self.filter_options, "first_batch": count}))
+
+    @property
+    def decided_options(self) -> dict[str, Any]:
+        """Those of the filter, and what is decided once for a calibration: how many runs fill the ranges."""
+        options = dict(self.filter_options)
+        if self.method == POSTERIOR and "first_batch" not in options and (count := self._filling()):
+            options["first_batch"] = count
+        return options
 
     def _filling(self) -> int | None:
         """How many runs fill the ranges first, by what they cost in particle-steps and by no clock: for the built-in engine. None for the filter's own number, where every run counts."""
@@ -133,7 +139,7 @@ class Calibration:
 
     def _filter(self, **options: Any) -> Filter:
         references = [experiment.reference for experiment in self.experiments]
-        options |= self.filter_options
+        options |= self.decided_options
         if self.method == POSTERIOR and options.pop("packing_scatter", True):
             options["siblings"] = [experiment.siblings for experiment in self.experiments]
         return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **options)

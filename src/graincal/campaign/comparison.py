@@ -66,7 +66,8 @@ def _data(result: Result) -> dict[str, object]:
     """What a likelihood is of: the references, without their notes, and what is assumed of their errors."""
     experiments: Sequence[Mapping] = describe(result.calibration)["experiments"]
     references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares")} for each in experiments]
-    scatter = result.calibration.filter_options.get("packing_scatter", True)
+    asked = result.calibration.filter_options.get("packing_scatter", True)
+    scatter = [asked and result.knows_packings(number) for number in range(len(result.experiments))] if asked else False
     thinned = [thinning.thinned for thinning in result.calibration.blank_filter().thinnings]
     options = {f"filter.{name}": value for name, value in result.calibration.error_options.items()}
     return {"the number of experiments": len(references), "their references": references, "whether the scatter of packings counts": scatter, "which references are thinned (filter.thin)": thinned, **options}

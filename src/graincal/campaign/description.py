@@ -29,7 +29,7 @@ def describe(calibration: Calibration) -> dict[str, Any]:
             for experiment in calibration.experiments
         ],
         "method": calibration.method,
-        "filter": dict(calibration.filter_options),
+        "filter": calibration.decided_options,
         "stop": describe_stop(calibration.method, calibration.stop),
         "seed": int(calibration.seed),
         # Left out where there is none, as it is in campaigns of before there could be one.
@@ -41,7 +41,9 @@ def describe(calibration: Calibration) -> dict[str, Any]:
 def describe_stop(method: str, stop: Stop) -> dict[str, Any]:
     """The criteria of stopping."""
     # One that the paper's method does not look at: descriptions are compared with those of campaigns stored before there was another method.
-    return {name: limit for name, limit in asdict(stop).items() if method == POSTERIOR or name != "posterior_shift"}
+    if method == POSTERIOR:
+        return asdict(stop)
+    return {name: limit for name, limit in asdict(stop).items() if name != "posterior_shift"} | {"max_iterations": stop.most_iterations}
 
 
 def restore(description: Mapping[str, Any], **others: Any) -> Calibration:

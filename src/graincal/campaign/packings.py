@@ -26,8 +26,8 @@ STUDY = -1
 STUDIED = "packings_studied"
 """The key under which a store keeps that all of the study is there."""
 
-TROUBLE = "packings"
-"""The key under which a store keeps why packings could not be prepared."""
+TROUBLE = "packings of experiment {}"
+"""The key under which a store keeps why packings like that of an experiment (its number) could not be prepared."""
 
 
 def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Store, listeners: Sequence[Listener] = ()) -> None:
@@ -36,14 +36,14 @@ def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Sto
     store.ask(STUDY, samples, len(calibration.experiments))
     for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):
         waiting = samples.take(np.isin(samples.ids, store.waiting(STUDY, number)))
-        if siblings is None or not len(waiting) or store.meta(TROUBLE):
+        if siblings is None or not len(waiting) or store.meta(TROUBLE.format(number)):
             continue
         for listener in listeners:
             listener.remark(f"Learns what packings differ by: prepares {SIBLINGS} packings like that of {experiment.name}, where they are not there yet, and runs {len(waiting)} samples on them.")
         try:
             model = experiment.model.on_siblings(SIBLINGS, calibration.number_of_workers)
         except InputError as error:
-            store.keep(TROUBLE, str(error))
+            store.keep(TROUBLE.format(number), str(error))
             for listener in listeners:
                 listener.remark(f"What packings differ by is left out, for none like that of {experiment.name} could be prepared: {error}")
             continue

@@ -21,7 +21,8 @@ INFEASIBLE = "infeasible"
 
 
 def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[Experiment]) -> None:
-    """Tell a filter the outcomes of samples, all of which the store holds; and those of the study of packings, if it waits for that and the store holds all of it."""
+    """Tell a filter the outcomes of samples, all of which the store holds; and those of the study of packings, if it waits for that and the store holds all of it, or never will: then its first
+    batch is complete."""
     failed, infeasible, stopped = np.zeros((3, len(samples)), dtype=bool)
     responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
     for row, id in enumerate(samples.ids):
@@ -34,7 +35,7 @@ def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[E
                 failed[row] = True
                 infeasible[row] |= outcome is not None and outcome.kind == INFEASIBLE
     filter.tell(samples, responses, failed, infeasible, stopped)
-    if isinstance(filter, PosteriorFilter) and filter.places is not None and studied(store):
+    if isinstance(filter, PosteriorFilter) and filter.places is not None and (studied(store) or store.iterations()):
         tell_packings(filter, store, experiments)
 
 
@@ -58,6 +59,7 @@ def learn_again(store: Store, calibration: Calibration) -> Filter:
     for iteration in store.iterations():
         filter.ask_instead(iteration.samples)
         tell(filter, iteration.samples, store, calibration.experiments)
+    filter.look()
     return filter
 
 

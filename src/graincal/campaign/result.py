@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from graincal.campaign.calibration import POSTERIOR, Calibration, Filter, round_of
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
+from graincal.campaign.packings import TROUBLE
 from graincal.campaign.replay import learn_again, replay, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
@@ -180,8 +181,12 @@ class Result:
 
     @property
     def settled(self) -> bool:
-        """Whether the campaign ended for its posterior no longer moved."""
+        """Whether the campaign ended for its posterior was known, and fresh runs had confirmed it."""
         return self.stopped_by == "posterior_shift"
+
+    def knows_packings(self, experiment: int) -> bool:
+        """Whether packings like that of an experiment (its number) could be prepared, where they were wanted."""
+        return self._store.meta(TROUBLE.format(experiment)) is None
 
     @property
     def answer(self) -> Answer | None:

@@ -55,7 +55,7 @@ def calibrate(
     max_evaluations: the same as in `stop`. workers: evaluations at once; the result does not depend on it. folder: where the campaign is kept; it
     must hold none yet, and `resume` goes on with it. Without, it is kept in memory. truth: the known values of a synthetic reference, {parameter: value},
     for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: first_batch, batch,
-    ahead, early_stop, thin, correlation_length, discrepancy (see `PosteriorFilter`); by the other methods alpha, effective_sample_size, scale, covariance, thin
+    ahead, early_stop, thin, correlation_length, discrepancy (see `PosteriorFilter`), packing_scatter (whether what packings differ by is found out); by the other methods alpha, effective_sample_size, scale, covariance, thin
     (see `IterativeBayesianFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,10 +95,27 @@ def packing_scatter(
             varies = variance > 0
             apart.append(np.sqrt(np.mean((columns(own[place]) - middle)[varies] ** 2 / variance[varies])))
     found = found / degrees
+    share = _between(responses[:, usable][known[:, usable].all(axis=1)])
+    if share is not None:
+        found = share[:, None] * found * share
     runs = max(known[:, place].sum() for place in usable) - 1
     smooth = _smooth(np.sqrt(np.diag(found)), control, responses.shape[3])
     covariance = (runs * found + PRIOR_RUNS * smooth) / (runs + PRIOR_RUNS)
     return PackingScatter(siblings.share * covariance, float(runs), int(known.any(axis=1).sum()), float(np.mean(apart)) if apart else np.nan)
+
+
+def _between(responses: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Of packings that all came to a response at all places (S, P, T, J): the part of the standard deviation between them at one place that they keep from place to place, (J T,); the rest is what runs
+    scatter by, and the less the more places there are. None for fewer than FEWEST packings, or one place."""
+    packings, places = responses.shape[:2]
+    if packings < FEWEST or places < 2:
+        return None
+    curves = columns(responses)
+    curves = curves - curves.mean(axis=0)
+    kept = curves.mean(axis=1)
+    within = np.sum((curves - kept[:, None]) ** 2, axis=(0, 1)) / ((packings - 1) * (places - 1))
+    between = np.maximum(np.sum(kept**2, axis=0) / (packings - 1) - within / places, 0)
+    return np.sqrt(between / np.maximum(between + within, 1e-300))
 
 
 def _smooth(deviations: NDArray[np.float64], control: NDArray[np.float64], observables: int) -> NDArray[np.float64]:

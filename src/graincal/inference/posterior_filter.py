@@ -29,7 +29,7 @@ from graincal.inference.packings import PackingScatter, Siblings, packing_scatte
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
 from graincal.inference.sensitivity import Doubt, doubt
-from graincal.inference.stop import Stop
+from graincal.inference.stop import ITERATIONS, Stop
 from graincal.inference.thinning import Thinning
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
@@ -48,9 +48,9 @@ EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
 # Runs grow by this part before the posterior is looked at again.
 GROWTH = 0.25
 
-# Fresh runs at draws from the posterior, before it is said to have settled: what they leave of its probability, as a factor either way, and how far they move it in terms of
-# what is enough.
-FRESH, CONFIRMED, MOVED = 20, 2.0, 2.0
+# Fresh runs at draws from the posterior, before it is said to have settled: what they leave of its probability, as a factor, and how far they move it in terms of what is enough.
+# An emulator that is more careful than it need be is proved right by more; one that holds places possible that are not, by less.
+FRESH, CONFIRMED, MOVED = 20, (0.5, 3.0), 2.0
 
 # Evaluations up to which each look tempers anew.
 FEW = 200
@@ -59,7 +59,7 @@ FEW = 200
 class PosteriorFilter(AskTellFilter):
     """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
 
-    A first batch fills the box. After each batch the responses are emulated (`emulate`) and the next one is drawn from a density fitted to the
+    A first batch fills the box. When the runs have grown by a quarter the responses are emulated (`emulate`); the next batch is drawn from a density fitted to the
     emulated posterior; one sample of each is the answer so far (`Emulation.answer`). Every evaluation is used. At the end the answer is run three times.
 
     >>> filter = PosteriorFilter(space, reference, seed=1)      # doctest: +SKIP
@@ -74,12 +74,12 @@ class PosteriorFilter(AskTellFilter):
     The state is a function of the arguments and of what was told, as that of `IterativeBayesianFilter`: telling again what was stored, in any order,
     restores a filter bit for bit. It never ends in an exception. The weights of `iterations` are those of each batch's own samples, and their `s` is NaN.
 
-    Arguments: `first_batch` (4 n by default) and `batch` (2 n) count samples, `ahead` batches. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
+    Arguments: `first_batch` (4 n by default) and `batch` (a quarter of those so far, at least 2 n) count samples, `ahead` batches. `correlation_length` and `discrepancy`: of the errors, see `error_model`.
     `thin`: whether the rows of dense references are put together, to some 50 to 100 states (see `Thinning`).
     `first_look`: evaluations of cheaper models, which say where to begin and what to expect of each response.
     `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
-    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set. `seed` is a whole number, not negative.
+    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n or five first batches if it is not set. `seed` is a whole number, not negative.
     `siblings`: for each reference, how its model can be run on packings like its own (`Siblings`), or None where it cannot: once the first batch is told, `places` says where they
     are to be run, and nothing is learnt before `tell_packings` says what they gave. Raises InputError for arguments that cannot be used.
     """
@@ -136,6 +136,7 @@ class PosteriorFilter(AskTellFilter):
         # The number of the batch of fresh runs that the posterior was to be confirmed by, and what was known before it; and what they left of its probability.
         self._fresh: tuple[int, Emulation] | None = None
         self._confirmed = np.nan
+        self._tried = False  # whether the latest batch was of fresh runs
         self._settled = False
         self._take_errors()
         self._cheaper, self._start = self._look(first_look)
@@ -155,6 +156,8 @@ class PosteriorFilter(AskTellFilter):
     def tell_packings(self, theta: NDArray[np.float64], responses: Sequence[NDArray[np.float64] | None]) -> None:
         """Say what siblings gave at the places theta (P, n), which evaluations were made at too: for each reference (S, P, T, J) at all of its rows, NaN where there is no response; None
         where none could be run. Then the first batch is learnt from."""
+        if self._places is None:
+            raise InputError("tell_packings: no runs on other packings are wanted now.")
         self._told_packings, self._places = True, None
         theirs = [np.flatnonzero(np.all(self._evaluations.theta == place, axis=1)) for place in theta]
         own = [rows[0] if len(rows) else -1 for rows in theirs]
@@ -223,6 +226,13 @@ class PosteriorFilter(AskTellFilter):
         source = self.emulation or self.weighed
         return source.log_evidence if source else np.nan
 
+    def look(self) -> None:
+        """Emulate anew where there are evaluations that have not been looked at."""
+        if self.emulation and self._looked_at < len(self._evaluations):
+            with threadpool_limits(1):
+                emulation = self._look_again(thorough=False)
+            self._emulations[-1] = emulation
+
     @property
     def doubt(self) -> Doubt | None:
         """How much what the emulators do not know may move the posterior, as it is now."""
@@ -235,11 +245,11 @@ class PosteriorFilter(AskTellFilter):
 
     def shift(self, last: int = 0) -> float:
         """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation. Infinite where
-        there is none to compare with, and where the emulator predicts nothing (`Emulation.predicts`)."""
+        there is none to compare with or it was not looked at, and where the emulator predicts nothing (`Emulation.predicts`)."""
         if len(self._emulations) < 2 + last:
             return np.inf
         after, earlier = self._emulations[-1 - last], self._emulations[-2 - last]
-        if not (after and earlier and after.predicts and earlier.predicts):
+        if after is earlier or not (after and earlier and after.predicts and earlier.predicts):
             return np.inf
         now, before = after.posterior, earlier.posterior
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -261,8 +271,9 @@ class PosteriorFilter(AskTellFilter):
 
     def _complete_batch(self, batch: Batch) -> None:
         self._evaluations = self._evaluations.with_batch(batch, *self._origins.popleft())
-        if not self._told_packings and np.isfinite(batch.errors).any():
-            self._places, self._held = places(self.space, batch.samples.theta, np.where(batch.stopped, np.nan, batch.errors)), batch
+        fits = np.where(batch.stopped, np.nan, batch.errors)
+        if not self._told_packings and np.isfinite(fits).any():
+            self._places, self._held = places(self.space, batch.samples.theta, fits), batch
             return
         self._after(batch)
 
@@ -295,20 +306,20 @@ class PosteriorFilter(AskTellFilter):
             emulation = self._look_again(thorough=fresh is not None) if fresh or self._due else self._emulations[-1]
             self._emulations.append(emulation)
             self._weighed.append(None)
+            self._tried = False
             if fresh:
                 self._confirm(batch, fresh[1])
         self._iterations.append(self._iteration(batch))
 
     @property
     def _due(self) -> bool:
-        """Whether the runs have grown enough since the last look, or there will be no more."""
-        count = int((self._evaluations.usable | self._evaluations.stopped).sum())
-        return count >= (1 + GROWTH) * self._looked_at or self._replicated or not len(self._batches) and "max_evaluations" in self._limits()
+        """Whether the runs have grown enough since the last look, or are the last."""
+        return len(self._evaluations) >= (1 + GROWTH) * self._looked_at or self._replicated
 
     def _look_again(self, thorough: bool) -> Emulation:
         before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
-        # Of batches under way those who may stop their runs hold what they need.
-        self._emulations = [each and replace(each, first_states=()) for each in self._emulations]
+        # Of earlier ones nothing is asked for but moments. Of batches under way those who may stop their runs hold what they need.
+        self._emulations = [each and replace(each, first_states=(), **({} if each is before else {"emulators": (), "likelihoods": ()})) for each in self._emulations]
         number = len(self._iterations)
         emulation = emulate(
             self._evaluations,
@@ -322,7 +333,7 @@ class PosteriorFilter(AskTellFilter):
             thorough or len(self._evaluations) <= FEW,
             self.errors_if(discrepancy=False, packings=False),
         )
-        self._looked_at = int((self._evaluations.usable | self._evaluations.stopped).sum())
+        self._looked_at = len(self._evaluations)
         self._doubt = doubt(emulation, self.space, self._rng("doubt", number))
         return emulation
 
@@ -338,9 +349,9 @@ class PosteriorFilter(AskTellFilter):
         changed = self.emulation.log_likelihood(unit) - before.log_likelihood(unit)
         changed = np.where(batch.infeasible, -np.inf, changed)
         self._confirmed = float(np.exp(logsumexp(changed) - np.log(len(changed))))
-        self._fresh = None
+        self._fresh, self._tried = None, True
         steady = self.shift() <= MOVED * (self.stop.posterior_shift or 0)
-        self._settled = self._calm and steady and 1 / CONFIRMED <= self._confirmed <= CONFIRMED
+        self._settled = self._calm and steady and CONFIRMED[0] <= self._confirmed <= CONFIRMED[1]
 
     def _go_on(self) -> None:
         if not self._stops:
@@ -352,8 +363,10 @@ class PosteriorFilter(AskTellFilter):
         elif len(self._batches):
             return
         elif self.emulation and not self._replicated and "proposal" not in self._stops:
+            # What was not looked at yet tells where the answer is; the batch before stays what it was, for whoever goes on by another limit.
+            emulation = self.emulation if self._looked_at == len(self._evaluations) else self._look_again(thorough=False)
             self._replicated = True
-            self._ask(DefensiveMixture(self.space), 0, self._replicates(self.emulation.answer))
+            self._ask(DefensiveMixture(self.space), 0, self._replicates(emulation.answer))
         else:
             self._finished = True
 
@@ -382,7 +395,7 @@ class PosteriorFilter(AskTellFilter):
     @property
     def _confirms(self) -> bool:
         """Whether the next batch is that of fresh runs."""
-        return self._calm and self._fresh is None
+        return self._calm and self._fresh is None and not self._tried
 
     @property
     def _next_size(self) -> int:
@@ -449,8 +462,8 @@ class PosteriorFilter(AskTellFilter):
         met = {}
         if self._settled:
             met["posterior_shift"] = (
-                f"what the emulator does not know moves means and spreads by at most {self._doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit "
-                "as the posterior says"
+                f"what the emulator does not know moves means and spreads by {self._doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit as "
+                "the posterior says"
             )
         met |= self._limits()
         if self._iterations and not self._evaluations.usable.any():
@@ -460,8 +473,10 @@ class PosteriorFilter(AskTellFilter):
     def _limits(self) -> dict[str, str]:
         """The limits that are reached."""
         met, stop, count = {}, self.stop, self._batches.asked
-        if stop.max_iterations and self._batches_asked >= stop.max_iterations:
-            met["max_iterations"] = f"the limit of {stop.max_iterations} batches is reached"
+        # Without an emulator nothing else ends it.
+        most = ITERATIONS if stop.max_iterations is None and not self.emulator else stop.max_iterations
+        if most and self._batches_asked >= most:
+            met["max_iterations"] = f"the limit of {most} batches is reached"
         if not self._fits(self._next_size):
             met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
         return met

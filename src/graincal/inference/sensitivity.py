@@ -67,11 +67,6 @@ def evidence_over_emulators(emulation: Emulation, space: ParameterSpace, rng: np
     return doubt(emulation, space, rng).log_evidence
 
 
-def log_evidence_std(emulation: Emulation, space: ParameterSpace) -> float:
-    """The standard deviation of the log evidence: over responses that the emulators hold possible, and over explorations."""
-    return float(np.hypot(evidence_over_emulators(emulation, space, np.random.default_rng(0)).std(), emulation.explored.log_evidence_std))
-
-
 def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evidence: float) -> float:
     """The log evidence if each range were half as wide, about the posterior's mean as far as the range allows."""
     width = 0.5 * (space.high - space.low)

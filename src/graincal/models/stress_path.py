@@ -251,9 +251,9 @@ class StressPathTest(Economy, ABC):
         return self._evaluate(theta, samples.ids, states, workers or available_cores(), watch)
 
     def expected_particle_steps(self, samples: Samples, at: ArrayLike) -> NDArray[np.float64]:
-        """About what runs of samples cost, (N,): the grains times the steps. Between two rests the steps go with the root of the modulus over the pressure, and against the inertial number."""
+        """About what runs of samples cost, (N,): the grains times the steps. Between two rests the steps go with a power of the modulus over the pressure, and against the inertial number."""
         moduli = 10.0 ** self.arrange(samples)[:, 0]
-        steps = STEPS_BETWEEN_RESTS * len(self.states(at)) * np.sqrt(moduli / self.unit_of_stress) * INERTIAL_NUMBER / self.inertia
+        steps = STEPS_BETWEEN_RESTS * len(self.states(at)) * (moduli / self.unit_of_stress) ** STEPS_EXPONENT[self.law] * INERTIAL_NUMBER / self.inertia
         return self.packing.count * steps
 
     def one_by_one(self, at: ArrayLike, watch: Callable[[int, Response], bool] | None = None) -> OneByOne:

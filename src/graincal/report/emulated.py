@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from graincal.campaign import Result
 from graincal.inference import Posterior
 from graincal.inference.emulation import Emulation
-from graincal.inference.error_model import error_model, measurement_errors
+from graincal.inference.error_model import measurement_errors
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.proposal import systematic_resampling
@@ -187,9 +187,9 @@ class Emulated:
         both, emulator = self.result.filter.thinnings[number], self.emulation.emulators[number]
         place, states = both.whole.names.index(name), len(both.kept.control)
         rows = slice(place * states, (place + 1) * states)
-        # With the error that it has beside the others, by its share.
-        alone = both.of_one(name, measurement_errors(both.whole)[place])
-        errors = error_model(alone, **self.result.calibration.error_options)
+        # With the error that it has beside the others.
+        alone, errors = both.of_one(name, measurement_errors(both.whole)[place]), self.result.filter.errors[number]
+        errors = replace(errors, covariances=errors.covariances[:, rows, rows])
         added = emulator.added(self.result.filter.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(alone.kept, errors, emulator.centre[rows], emulator.basis[rows], added)
         space = self.result.space

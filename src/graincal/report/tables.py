@@ -84,12 +84,13 @@ def of_batches(result: Result) -> Table:
 
 
 def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
-    """Each parameter: range, truth where one is known, answer, interval, that without a discrepancy where one is allowed for, moments, strongest correlation
+    """Each parameter: range, truth where one is known, answer, interval, those without a discrepancy and if packings were alike where these are allowed for, moments, strongest correlation
     and verdict."""
     result, posterior, space = emulated.result, emulated.posterior, emulated.result.space
     head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", f"{100 * PROBABILITY:.0f} % interval")
-    exact = emulated.without_discrepancy
-    head += (*(["without a discrepancy"] if exact else []), "mean ± sd", "sd / prior's")
+    others = {"without a discrepancy": emulated.without_discrepancy, "if packings were alike": emulated.without_packings}
+    others = {words: other for words, other in others.items() if other}
+    head += (*others, "mean ± sd", "sd / prior's")
     labels, mean, std = [shown.label for shown in parameters(space)], posterior.mean(), posterior.std()
     interval, correlation = posterior.interval(PROBABILITY), np.nan_to_num(posterior.correlation())
     np.fill_diagonal(correlation, 0)
@@ -100,8 +101,7 @@ def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
             row.append(numbers.short(result.truth[space.names[k]]) if space.names[k] in result.truth else "–")
         strongest = int(np.argmax(np.abs(correlation[k])))
         row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k])]
-        if exact:
-            row.append(numbers.between(*exact.interval(PROBABILITY)[:, k]))
+        row += [numbers.between(*other.interval(PROBABILITY)[:, k]) for other in others.values()]
         row += [numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
         row.append(f"{signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
         rows.append((*row, verdicts[k]))
@@ -187,7 +187,7 @@ def _settings(calibration: Calibration) -> dict[str, str]:
             "batch": "a quarter of the runs so far" if used.batch is None else str(used.batch),
             **({"ahead": str(used.ahead)} if used.ahead else {}),
             **({"early stop": "of runs that cannot matter"} if used.early_stop else {}),
-            "correlation length of the errors": "inferred" if length is None else f"{length:g} of the curve",
+            "correlation length of the errors": "any" if length is None else f"{length:g} of the curve",
             "discrepancy": _allowed(used),
         }
     return {

@@ -187,7 +187,7 @@ def _unsettled(result: Result) -> str:
     if enough is False:
         return ""
     if filter.doubt.most > enough:
-        return f"what the emulator does not know may move means and spreads by {filter.doubt.most:.2g} standard deviations, and {enough:g} is enough"
+        return f"what the emulator does not know moves means and spreads by {filter.doubt.most:.2g} standard deviations, and {enough:g} is enough"
     if not np.isfinite(filter.confirmed):
         return "fresh runs at draws from it, which would confirm it, were not made"
     return f"fresh runs at draws from it left {filter.confirmed:.2g} times the probability there, or moved it"
@@ -259,7 +259,7 @@ def _of_runs(emulated: Emulated) -> str:
     carried = emulation.effective_sample_size
     if carried < FEW:
         return ""
-    theta = emulated.result.filter.evaluations.theta
+    theta = emulated.result.filter.evaluations.theta[: len(emulation.weights)]
     apart = np.max(np.abs(emulation.weights @ theta - posterior.mean()) / posterior.std())
     return f"By the weights of the runs, worth {carried:.0f} of equal weight, log p(reference) is {emulation.log_evidence_of_runs:.2f}, and means are at most {apart:.2g} sd from the posterior's. "
 
