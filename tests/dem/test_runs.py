@@ -428,8 +428,9 @@ def test_more_flagged_states_than_allowed_are_a_failure(packing):
     assert test.largest_flagged_share == 0.1
     outcome = test.simulate([RESTLESS], at=[0.0005], threads=1)[0]
     flagged = int(outcome.details["flagged"])
-    assert_failed(outcome, "flagged", f"{flagged} of 2 states were not at rest within their step limit, more than the share of 0.1 allowed")
-    assert flagged >= 1
+    # It ends as soon as it can only fail.
+    assert flagged == outcome.details["states"] == 1
+    assert_failed(outcome, "flagged", "1 of the first 1 states were not at rest within their step limit, more than the share of 0.1 of all 2 that is allowed.")
 
 
 def test_no_share_of_flagged_states_exceeds_one(packing):

@@ -38,7 +38,7 @@ def repeat(repetitions, **options):
         truth = SPACE.from_unit(rng.random((1, 2)))
         noise = np.linalg.cholesky(np.exp(-apart / rng.choice(CORRELATION_LENGTHS))) @ rng.standard_normal(len(CONTROL))
         reference = Reference(CONTROL, {"y": curves(truth)[0, :, 0] + DEVIATION * noise}, measurement_errors={"y": DEVIATION})
-        filter = PosteriorFilter(SPACE, reference, emulator=False, seed=number, **options)
+        filter = PosteriorFilter(SPACE, reference, emulator=False, discrepancy=False, seed=number, **options)
         while not filter.finished:
             samples = filter.ask()
             filter.tell(samples, curves(samples.theta))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.data import Reference
 from graincal.execution import available_cores
 from graincal.laboratory.backbone import first_movement
@@ -28,6 +28,12 @@ def doubts(calibration: Calibration) -> list[str]:
         said += [f'Experiment "{name}": {doubt}' for doubt in unusual(test)]
     said += [f'Experiment "{experiment.name}": {doubt}' for experiment in calibration.experiments if (doubt := _unsheared(experiment.reference))]
     said += [f'Experiment "{experiment.name}": {doubt}' for experiment in calibration.experiments for doubt in _large_errors(experiment.reference)]
+    if calibration.method == POSTERIOR and calibration.filter_options.get("packing_scatter", True):
+        said += [
+            f'Experiment "{experiment.name}": its reference is a simulation, and is taken for one on another packing like this one; where it is of this one, packing_scatter = false under [filter] says so.'
+            for experiment in calibration.experiments
+            if experiment.reference.simulated and experiment.siblings
+        ]
     if tests:
         space = calibration.space.of_experiment(0)
         said += unusual_parameters({f"parameters.{name}": (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)})

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 STUDY = -1
 """The number under which a store keeps the samples of the study, whose ids are below 0: no iteration's."""
 
+VOID_RATIO_APART = 0.003
+"""From which it is said."""
+
 STUDIED = "packings_studied"
 """The key under which a store keeps that all of the study is there."""
 
@@ -47,6 +50,10 @@ def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Sto
             for listener in listeners:
                 listener.remark(f"What packings differ by is left out, for none like that of {experiment.name} could be prepared: {error}")
             continue
+        own, others = experiment.model.packing.void_ratio, model.packing.void_ratio
+        if abs(own - others) > VOID_RATIO_APART:
+            for listener in listeners:
+                listener.remark(f"The packings like that of {experiment.name} have a void ratio of {others:.3f}, and it has {own:.3f}: the nearest that could be prepared.")
         store.begin(waiting.ids, number)
         with closing(replace(experiment, model=model).evaluate(calibration.space.seen_by(number, waiting), calibration.number_of_workers)) as outcomes:
             for row, outcome in outcomes:

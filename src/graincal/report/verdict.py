@@ -29,6 +29,8 @@ MANY_RUNS, LARGEST_K = 200, 0.7
 MANY_FAILURES = 0.1
 FAR = 3.0
 """How many times the error that measurement errors lead to, from which the answer is far from the reference."""
+UNLIKE = 2.0
+"""How many times as far as one more sibling a packing is from the mean of its siblings, from which it is said to be another kind."""
 EDGE = 0.01
 """Of a range: as near to its end the answer is at it."""
 
@@ -293,6 +295,12 @@ def _conditions(result: Result) -> list[str]:
         if names:
             of = f" in {_listed(names)}" if len(result.experiments) > 1 else ""
             said.append(f"It is conditional on {packings[0]}{of}: another of the same grading and void ratio would move the parameters, by how much {packings[1]} cannot tell.")
+    for each, scatter in zip(result.experiments, result.filter.packings):
+        if scatter is not None and scatter.apart > UNLIKE:
+            said.append(
+                f"The packing of {each.name} is not like its {scatter.packings} siblings: {scatter.apart:.2g} times as far from their mean as one more of them would be (in the mean over the states). "
+                "That is no scatter, and the parameters are those of this packing."
+            )
     unstated = dict.fromkeys(quantity(name).label for each in result.experiments for name in each.reference.names if name not in each.reference.measurement_errors)
     if unstated:
         said.append(f"No measurement error is stated of {_listed(list(unstated))}, and 1 % of the peak was taken: the intervals are about in proportion to it.")
