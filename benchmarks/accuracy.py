@@ -31,6 +31,7 @@ CASES = {
     **{f"synthetic truth, 2,000 particles, {pressure / 1e6:g} MPa": ("packing_2000.csv", TRUTH, pressure) for pressure in (0.2e6, 0.5e6, 1.0e6)},
     "corner log E 7, φ 60°, ν 0.5, β 1, η 1": ("packing_1000.csv", (7.0, 0.5, 60.0, 1.0, 1.0), 0.5e6),
     "corner log E 7, φ 60°, ν 0.5, β 0, η 0": ("packing_1000.csv", (7.0, 0.5, 60.0, 0.0, 0.0), 0.5e6),
+    "corner log E 7, φ 60°, ν 0.5, β 1, η 0": ("packing_1000.csv", (7.0, 0.5, 60.0, 1.0, 0.0), 0.5e6),
     "corner log E 11, φ 60°, ν 0.5, β 1, η 1": ("packing_1000.csv", (11.0, 0.5, 60.0, 1.0, 1.0), 0.5e6),
     "corner log E 11, φ 60°, ν 0.5, β 0, η 0": ("packing_1000.csv", (11.0, 0.5, 60.0, 0.0, 0.0), 0.5e6),
 }

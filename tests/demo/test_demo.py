@@ -22,7 +22,7 @@ def test_it_is_a_whole_calibration(grains):
     assert calibration.space.names == ParameterSpace.paper().names
     assert np.array_equal(calibration.space.low, ParameterSpace.paper().low) and np.array_equal(calibration.space.high, ParameterSpace.paper().high)
     assert calibration.experiments[0].reference.control[-1] >= 0.05
-    assert calibration.method == "posterior" and calibration.check().new_filter().most_evaluations == 300
+    assert calibration.method == "posterior" and calibration.check().new_filter().most_evaluations == 600
     assert all(low < demo.TRUTH[name] < high for name, low, high in zip(calibration.space.names, calibration.space.low, calibration.space.high))
 
 

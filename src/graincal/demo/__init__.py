@@ -49,8 +49,8 @@ def calibration(grains: Packing, measured: Reference, *, workers: int | Literal[
         ParameterSpace.paper(),
         [Experiment("demo", TriaxialTest(grains, CONFINING_PRESSURE), measured)],
         # The reference is a run on this packing: what packings differ by is no error of it.
-        filter_options={"packing_scatter": False},
-        stop=Stop(max_evaluations=300),
+        filter_options={"packing_scatter": False, "first_batch": 100},
+        stop=Stop(max_evaluations=600),
         seed=seed,
         workers=workers,
         truth=TRUTH,
