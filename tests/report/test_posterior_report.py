@@ -110,7 +110,8 @@ def test_the_table_shows_what_a_discrepancy_does(result, emulated):
     filter.error_options = {**filter.error_options, "discrepancy": True}
     filter._take_errors()
     allowed.__dict__["filter"] = filter
-    table = tables.of_identified(Emulated(allowed, emulated.emulation), verdict.verdicts(emulated))
+    assert tables.of_terms(emulated) is None
+    table = tables.of_terms(Emulated(allowed, emulated.emulation))
     assert len(table.head) == len(table.rows[0])
     # The emulation at hand has none either, and so the two columns say the same but for the draws.
     row = dict(zip(table.head, table.rows[0]))

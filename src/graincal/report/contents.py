@@ -90,6 +90,9 @@ def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, fi
         if informing := tables.of_informing(emulated):
             page.paragraph(["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."])
             page.table(informing)
+        if terms := tables.of_terms(emulated):
+            page.paragraph(["What the intervals would be if less were counted: were the model able to reproduce the test, and were all packings alike."])
+            page.table(terms)
         if modes := tables.of_modes(emulated):
             page.paragraph(["Modes, the separate groups of values among which the probability is divided:"])
             page.table(modes)

@@ -84,13 +84,10 @@ def of_batches(result: Result) -> Table:
 
 
 def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
-    """Each parameter: range, truth where one is known, answer, interval, those without a discrepancy and if packings were alike where these are allowed for, moments, strongest correlation
-    and verdict."""
+    """Each parameter: range, truth where one is known, answer, interval, moments, strongest correlation and verdict."""
     result, posterior, space = emulated.result, emulated.posterior, emulated.result.space
     head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", f"{100 * PROBABILITY:.0f} % interval")
-    others = {"without a discrepancy": emulated.without_discrepancy, "if packings were alike": emulated.without_packings}
-    others = {words: other for words, other in others.items() if other}
-    head += (*others, "mean ± sd", "sd / prior's")
+    head += ("mean ± sd", "sd / prior's")
     labels, mean, std = [shown.label for shown in parameters(space)], posterior.mean(), posterior.std()
     interval, correlation = posterior.interval(PROBABILITY), np.nan_to_num(posterior.correlation())
     np.fill_diagonal(correlation, 0)
@@ -101,7 +98,6 @@ def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
             row.append(numbers.short(result.truth[space.names[k]]) if space.names[k] in result.truth else "–")
         strongest = int(np.argmax(np.abs(correlation[k])))
         row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k])]
-        row += [numbers.between(*other.interval(PROBABILITY)[:, k]) for other in others.values()]
         row += [numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
         row.append(f"{signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
         rows.append((*row, verdicts[k]))
@@ -118,6 +114,17 @@ def of_informing(emulated: Emulated) -> Table | None:
     columns = (emulated.shrinkage, *alone.values())
     rows = tuple((shown.label, *(f"{column[k]:.2f}" for column in columns)) for k, shown in enumerate(parameters(result.space)))
     return Table(("sd / prior's by", "all", *by), rows)
+
+
+def of_terms(emulated: Emulated) -> Table | None:
+    """Each parameter's interval, and what it would be without a discrepancy and if packings were alike, where these are allowed for; None where neither is."""
+    others = {"without a discrepancy": emulated.without_discrepancy, "if packings were alike": emulated.without_packings}
+    found = {f"{100 * PROBABILITY:.0f} % interval": emulated.posterior} | {words: other for words, other in others.items() if other}
+    if len(found) == 1:
+        return None
+    intervals = [each.interval(PROBABILITY) for each in found.values()]
+    rows = [(shown.axis, *(numbers.between(*interval[:, k]) for interval in intervals)) for k, shown in enumerate(parameters(emulated.result.space))]
+    return Table(("parameter", *found), tuple(rows), figures=0)
 
 
 def of_modes(emulated: Emulated) -> Table | None:
