@@ -124,7 +124,7 @@ def of_terms(emulated: Emulated) -> Table | None:
         return None
     intervals = [each.interval(PROBABILITY) for each in found.values()]
     rows = [(shown.axis, *(numbers.between(*interval[:, k]) for interval in intervals)) for k, shown in enumerate(parameters(emulated.result.space))]
-    return Table(("parameter", *found), tuple(rows), figures=0)
+    return Table(("parameter", *found), tuple(rows))
 
 
 def of_modes(emulated: Emulated) -> Table | None:
