@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.doubts import doubts
 from graincal.campaign.packings import STUDY
 from graincal.campaign.status import status
 from graincal.data import InputError
@@ -108,3 +110,11 @@ def test_a_campaign_that_goes_on_does_not_run_it_again(engine, tmp_path):
     assert engine.runs == SIBLINGS * PLACES and len(more._store.samples(STUDY)) == SIBLINGS * PLACES
     whole = calibrate(stop=gc.Stop(max_iterations=4))
     np.testing.assert_array_equal(more.posterior.weights, whole.posterior.weights)
+
+
+def test_a_simulated_reference_is_said_to_be_taken_for_another_packing_s(engine):
+    test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED)
+    for simulated, options, said in ((True, {}, True), (True, {"packing_scatter": False}, False), (False, {}, False)):
+        reference = gc.Reference(frictional.STRAIN, frictional.curves(*TRUTH), measurement_errors=ERRORS, simulated=simulated)
+        found = doubts(Calibration(SPACE, [gc.Experiment("drained", test, reference)], filter_options=options))
+        assert any("is taken for one on another packing like this one" in doubt for doubt in found) is said

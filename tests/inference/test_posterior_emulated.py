@@ -127,8 +127,14 @@ def test_what_runs_scatter_by_is_counted_where_a_simulation_made_the_reference()
 
 
 def test_an_emulator_that_predicts_nothing_is_dropped():
-    # Responses that have nothing to do with the parameters: their mean says as much of the next as any emulator.
-    rng = np.random.default_rng(3)
+    # Responses that have nothing to do with the parameters: their mean says as much of the next as any emulator, or more, in most calibrations at some time.
+    dropped = [_dropped(seed) for seed in range(3)]
+    assert np.count_nonzero(dropped) >= 2
+
+
+def _dropped(seed):
+    """How often it is, by one calibration."""
+    rng = np.random.default_rng(seed)
     filter = PosteriorFilter(BOX, measured(np.array([0.6, 0.4, 0.7, 0.3])), stop=Stop(max_iterations=5), batch=8, seed=1)
     dropped = 0
     while not filter.finished:
@@ -141,7 +147,8 @@ def test_an_emulator_that_predicts_nothing_is_dropped():
             assert filter.shift() == np.inf
             if len(filter.iterations) < 5:
                 assert len(filter.ask()) == filter.batch and not np.any(np.all(filter.ask().theta == emulation.answer, axis=1))
-    assert dropped and filter.stopped_by == "max_iterations"
+    assert filter.stopped_by == "max_iterations"
+    return dropped
 
 
 def test_failures_that_depend_on_the_parameters_leave_the_truth_covered():

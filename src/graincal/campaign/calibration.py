@@ -86,12 +86,14 @@ class Calibration:
 
     def _filling(self) -> int | None:
         """How many runs fill the ranges first, by what they cost in particle-steps and by no clock: for the built-in engine. None for the filter's own number, where every run counts."""
+        if not isinstance(self.space, ParameterSpace) or not all(isinstance(each, Experiment) for each in self.experiments):
+            return None
+        n = self.space.size
         try:
-            n = self.space.size
             middle = np.linspace(0, 1, 21)[:, None] * np.ones(n)
             samples = Samples(np.arange(len(middle)), self.space.from_unit(middle), self.space.names)
             costs = [experiment.expected_particle_steps(self.space.seen_by(number, samples)) for number, experiment in enumerate(self.experiments)]
-        except (AttributeError, InputError):
+        except InputError:
             # What is wrong with it `check` says.
             return None
         if any(cost is None for cost in costs) or not costs or self.first_look or self.look:
