@@ -162,7 +162,7 @@ def calibrate(packing: gc.Packing, reference: gc.Reference, method: str, seed: i
 def _evaluate(filter, test: gc.TriaxialTest, threads: int) -> tuple[float, float]:
     """One batch; the seconds and the particle-steps that it took."""
     samples, (early_stop, *_), seconds, particle_steps = filter.ask(), filter.early_stops, 0.0, 0.0
-    experiment = gc.Experiment("test", test, filter.references[0])
+    experiment = gc.Experiment("test", test, filter.thinnings[0].whole)
     responses = np.full((len(samples), len(STRAIN), 2), np.nan)
     failed, stopped = np.zeros((2, len(samples)), dtype=bool)
 

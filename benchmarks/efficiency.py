@@ -148,7 +148,7 @@ def posterior_method(goal: Goal, seed: int, pythons: dict[str, str], stops: bool
     goal.count = 0
     filter = _posterior_method(goal, seed, stops, posterior_shift=Stop().posterior_shift)
     if filter.stopped_by == "posterior_shift":
-        before = filter.emulations[-2].posterior
+        before = filter.found[-2].posterior
         goal.settled, goal.right = goal.count - len(filter.iterations[-1].samples), goal.posterior(before.mean(), before.std())
 
 

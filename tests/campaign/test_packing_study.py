@@ -66,7 +66,7 @@ def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
     result = calibrate(tmp_path / "campaign")
     assert engine.runs == SIBLINGS * PLACES and engine.prepared == 1
     assert result.evaluations == len(result.samples) == status(tmp_path / "campaign")["evaluations"] and result.ids.min() == 0
-    (scatter,) = result.filter.packings
+    (scatter,) = result.knowledge.packings
     # Six strengths from 0.875 to 1.125 of the own one, at each of the places: what they keep from place to place.
     last = frictional.STRAIN[-1] * np.unique(result._store.samples(STUDY).theta[:, 0]) / 10
     assert np.sqrt(scatter.covariance[19, 19]) == pytest.approx(np.std(0.05 * np.arange(6), ddof=1) * np.sqrt(np.mean(last**2)), rel=0.1)
@@ -74,7 +74,7 @@ def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
     assert engine.runs == SIBLINGS * PLACES
     assert result.posterior.std()[0] > 1.5 * alone.posterior.std()[0]
     again = gc.Result.read(tmp_path / "campaign")
-    np.testing.assert_array_equal(again.filter.packings[0].covariance, scatter.covariance)
+    np.testing.assert_array_equal(again.knowledge.packings[0].covariance, scatter.covariance)
     np.testing.assert_array_equal(again.posterior.weights, result.posterior.weights)
 
 
@@ -99,9 +99,9 @@ def test_where_no_packing_can_be_prepared_that_is_said_and_left_out(engine, tmp_
 
     monkeypatch.setattr("graincal.models.stress_path.siblings", out_of_reach)
     result = calibrate(tmp_path / "campaign")
-    assert result.filter.packings == (None,) and engine.runs == 0
+    assert result.knowledge.packings == (None,) and engine.runs == 0
     assert "What packings differ by is left out, for none like that of experiment could be prepared: particles: too few." in (tmp_path / "campaign" / "log.txt").read_text()
-    assert gc.Result.read(tmp_path / "campaign").filter.packings == (None,)
+    assert gc.Result.read(tmp_path / "campaign").knowledge.packings == (None,)
 
 
 def test_a_campaign_that_goes_on_does_not_run_it_again(engine, tmp_path):

@@ -60,18 +60,18 @@ def test_it_finds_the_truth_within_its_own_spread(result):
     # Its three runs are a millionth of the ranges apart, which this model shows in proportion.
     assert len(result.answer.errors) == 3 and result.answer.spread < 1e-3 and result.answer.mean < 1
     assert result.best.error == np.nanmin(result.errors) and result.grade is None
-    assert result.log_evidence == result.filter.log_evidence and np.isfinite(result.log_evidence)
+    assert result.log_evidence == result.found.log_evidence and np.isfinite(result.log_evidence)
 
 
 def test_the_runs_at_the_answer_move_nothing(result):
     first, second, answer = (learnt.posterior_shift for learnt in result.learnt)
-    assert np.isnan(first) and second == result.filter.shift(1) and np.isnan(answer)
+    assert np.isnan(first) and np.isfinite(second) and np.isnan(answer)
 
 
 def test_infeasible_parameters_are_told_as_such(result):
     impossible = result.samples.sum(axis=1) > 1.5
     assert impossible.any()
-    np.testing.assert_array_equal(result.filter.evaluations.infeasible, impossible)
+    np.testing.assert_array_equal(result.knowledge.evaluations.infeasible, impossible)
 
 
 def test_other_failures_are_not():
@@ -101,7 +101,7 @@ def test_the_folder_tells_all_of_it(folder, result, tmp_path):
     assert found["posterior"]["interval_90"] == {name: [a, b] for name, a, b in zip(SPACE.names, low, high)}
     assert found["answer"]["theta"] == dict(zip(SPACE.names, result.answer.theta)) and len(found["answer"]["errors"]) == 3
     first, second, last = found["iterations"]
-    assert first["posterior_shift"] is None and second["posterior_shift"] == result.filter.shift(1) and second["held_out_error"] < 0.1
+    assert first["posterior_shift"] is None and second["posterior_shift"] == result.learnt[1].posterior_shift and second["held_out_error"] < 0.1
     assert last["log_evidence"] == result.log_evidence and first["s"] is None
     curve = np.genfromtxt(folder / "curves" / "experiment_answer.csv", delimiter=",", names=True)
     # Of one of the three runs there, a millionth of the ranges apart.
@@ -161,18 +161,6 @@ def test_what_another_build_began_stays_as_it_was(tmp_path):
     assert after.meta("stopped_by") == "max_iterations" and after.counts() == before.counts()
 
 
-def test_a_store_of_before_there_was_a_posterior_still_opens(tmp_path):
-    gc.calibrate(model(), reference(), SPACE, method="iterative-bayesian", stop=gc.Stop(max_iterations=1), folder=tmp_path)
-    with sqlite3.connect(tmp_path / "campaign.db") as db:
-        db.execute("DROP TABLE learnt")
-        (description,) = db.execute("SELECT value FROM meta WHERE key = 'description'").fetchone()
-    assert "posterior" not in description
-    store = Store.open(tmp_path)
-    assert store.keeps(Calibration(SPACE, [gc.Experiment("experiment", model(), reference())], "iterative-bayesian", stop=gc.Stop(max_iterations=1)))
-    assert gc.Result.read(tmp_path).learnt == () and gc.Result.read(tmp_path).answer is None
-    gc.resume(tmp_path, model(), max_iterations=2, error=False, s=False, gl_error_increment=False, error_increment=False)
-
-
 def test_criteria_that_it_does_not_look_at_are_refused():
     with pytest.raises(gc.InputError, match='stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations'):
         calibrate(stop=gc.Stop(s=0.1))
@@ -192,17 +180,24 @@ def replace_errors(error):
     return gc.Reference(STRAIN, reference().observables, measurement_errors={"stress_ratio": error})
 
 
-def test_another_build_learns_from_the_evaluations_that_are_stored(folder, result, monkeypatch):
-    # A build whose first batch is another one, since its sequence is.
-    monkeypatch.setattr("graincal.inference.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)]))
+def test_what_was_learnt_is_read_and_not_learnt_again(folder, result, monkeypatch):
+    def search(*arguments):
+        raise AssertionError("nothing was to be searched for")
+
+    monkeypatch.setattr("graincal.inference.process._most_probable", search)
+    monkeypatch.setattr("graincal.inference.emulation.explore", search)
     again = gc.Result.read(folder)
-    posterior = again.posterior
-    assert again.learnt_again and not result.learnt_again
-    np.testing.assert_array_equal(again.filter.evaluations.theta, result.samples)
-    assert np.all(np.abs(posterior.mean() - result.posterior.mean()) < 0.3 * result.posterior.std())
-    assert "would have made other evaluations than those of the campaign" in summarise(again)
+    np.testing.assert_array_equal(again.posterior.samples, result.posterior.samples)
+    np.testing.assert_array_equal(again.emulation.log_likelihood(SPACE.to_unit(again.samples)), result.emulation.log_likelihood(SPACE.to_unit(result.samples)))
+    # And so does a campaign that goes on, as far as it has come.
+    assert gc.resume(folder, gc.PythonModel(infeasible)).log_evidence == result.log_evidence
+
+
+def test_a_campaign_of_which_another_build_would_have_made_other_runs_does_not_go_on_and_is_still_read(folder, result, monkeypatch):
+    monkeypatch.setattr("graincal.inference.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)]))
+    np.testing.assert_array_equal(gc.Result.read(folder).posterior.samples, result.posterior.samples)
     with pytest.raises(gc.InputError, match="other samples than are stored"):
-        gc.resume(folder, model(), max_iterations=3)
+        gc.resume(folder, gc.PythonModel(infeasible), max_iterations=3)
 
 
 def unrelated(theta):

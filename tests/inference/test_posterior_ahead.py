@@ -163,7 +163,7 @@ def test_once_settled_it_waits_for_what_was_asked_and_runs_the_answer(fewer_draw
     assert filter.stopped_by == "posterior_shift"
     # It settled with the batch before the last; the last had been asked for, and is used.
     assert len(filter.iterations[-3].samples) == 20 and 0.5 <= filter.confirmed <= 3
-    answer = filter.emulations[-2].answer
+    answer = filter.found[-2].answer
     np.testing.assert_allclose(filter.iterations[-1].samples.theta, np.tile(answer, (3, 1)), atol=1e-5)
     assert filter.evaluations.proposal[-11:-3].max() > 0
 

@@ -101,14 +101,20 @@ def test_the_scatter_of_a_simulated_reference_is_counted_once():
     case, exact_case = linear_case(0.02, np.outer(shape, shape)), linear_case(0.02)
     # The two differ by more than the tolerance: one sd is twice as large at the least.
     assert np.max(case.deviation / exact_case.deviation) > 2
-    rng = np.random.default_rng(5)
+    off, ratios = [], []
+    # A hundred runs tell what runs scatter by to a fifth or so: the spread is right over several calibrations.
+    for seed in (1, 2, 3):
+        rng = np.random.default_rng(seed)
 
-    def scattered(theta):
-        return curves(theta) + rng.standard_normal((len(theta), 1, 1)) * shape[:, None]
+        def scattered(theta):
+            return curves(theta) + rng.standard_normal((len(theta), 1, 1)) * shape[:, None]
 
-    filter = finish(PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, batch=20, stop=A_HUNDRED), scattered)
-    assert np.all(np.abs(filter.posterior.mean() - case.mean) <= 0.25 * case.deviation)
-    ratio = filter.posterior.std() / case.deviation
+        options = {"correlation_length": CORRELATION_LENGTH, "batch": 20, "stop": A_HUNDRED, "seed": seed}
+        filter = finish(PosteriorFilter(case.space, case.reference, **options), scattered)
+        off.append((filter.posterior.mean() - case.mean) / case.deviation)
+        ratios.append(filter.posterior.std() / case.deviation)
+    assert np.all(np.abs(np.mean(off, axis=0)) <= 0.25)
+    ratio = np.exp(np.mean(np.log(ratios), axis=0))
     assert 0.8 <= ratio.min() and ratio.max() <= 1.25
     assert filter.log_evidence == pytest.approx(case.log_evidence, abs=0.5)
 

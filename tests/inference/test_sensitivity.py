@@ -7,7 +7,7 @@ import pytest
 
 from graincal import ParameterSpace, Posterior
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.sensitivity import evidence_of_half_ranges, evidence_over_emulators, under_other_errors
+from graincal.inference.sensitivity import evidence_of_half_ranges, under_other_errors
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 
 
@@ -24,7 +24,7 @@ def test_an_evidence_is_sure_where_the_emulator_is_and_not_where_it_is_not():
     deviations = []
     for evaluations, batch in ((23, 6), (100, 20)):
         filter = calibrated(case.reference, case.space, evaluations, correlation_length=CORRELATION_LENGTH, discrepancy=False, first_batch=6, batch=batch)
-        drawn = evidence_over_emulators(filter.emulation, case.space, np.random.default_rng(0))
+        drawn = filter.emulation.doubt.log_evidence
         # Their expectation is the evidence itself: within four standard errors of the mean of the draws, and those of the samples.
         expected = np.log(np.mean(np.exp(drawn - filter.log_evidence)))
         assert abs(expected) <= 4 * drawn.std() / np.sqrt(len(drawn)) + 4 / np.sqrt(400)
@@ -47,7 +47,7 @@ def test_without_a_discrepancy_the_posterior_is_that_of_the_errors_alone():
     case = linear_case(0.05)
     options = {"correlation_length": CORRELATION_LENGTH}
     allowed = calibrated(case.reference, case.space, 100, discrepancy=True, batch=20, **options)
-    exact = under_other_errors(allowed.emulation, case.space, allowed.kept, allowed.scatters, allowed.errors_if(discrepancy=False), np.random.default_rng(0))
+    exact = under_other_errors(allowed.emulation, case.space, allowed.kept, allowed.knowledge.scatters, allowed.knowledge.errors_if(discrepancy=False), np.random.default_rng(0))
     assert np.all(np.abs(exact.mean() - case.mean) <= 0.25 * case.deviation)
     ratio = exact.std() / case.deviation
     assert 0.8 <= ratio.min() and ratio.max() <= 1.25

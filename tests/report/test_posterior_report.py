@@ -79,7 +79,8 @@ def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulate
     log_likelihood = -np.sum((theta - centres[which]) ** 2, axis=1)
     explored = replace(emulated.emulation.explored, theta=theta, log_likelihood=log_likelihood)
     posterior = gc.Posterior(soil.SPACE.names, theta, np.full(1000, 1e-3))
-    apart = Emulated(result, replace(emulated.emulation, explored=explored, posterior=posterior))
+    apart = Emulated(result, replace(emulated.emulation, explored=explored))
+    apart.posterior = posterior
     first, second = apart.modes
     assert (first.share, second.share) == pytest.approx((0.7, 0.3), abs=0.01)
     for mode, centre, rows in ((first, centres[0], which == 0), (second, centres[1], which == 1)):
@@ -106,10 +107,10 @@ def test_every_figure_is_drawn_by_matplotlib_too(result):
 
 def test_the_table_shows_what_a_discrepancy_does(result, emulated):
     assert emulated.without_discrepancy is None
-    allowed, filter = copy(result), copy(result.filter)
-    filter.error_options = {**filter.error_options, "discrepancy": True}
-    filter._take_errors()
-    allowed.__dict__["filter"] = filter
+    allowed, known = copy(result), copy(result.knowledge)
+    known.error_options = {**known.error_options, "discrepancy": True}
+    known.errors = known.errors_if()
+    allowed.__dict__["knowledge"] = known
     assert tables.of_terms(emulated) is None
     table = tables.of_terms(Emulated(allowed, emulated.emulation))
     assert len(table.head) == len(table.rows[0])
@@ -151,9 +152,7 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "100 % of the probability lies where too few runs were made" in said({"emulators": (doubting,)})
     assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
-    filter = copy(result.filter)
-    filter._emulations = [replace(each, of_mean=(0.0001,)) for each in filter._emulations]
-    assert "has not settled: the emulator predicts nothing by which to tell" in said(stopped_by=None, _filter=filter, filter=filter)
+    assert "has not settled: the emulator predicts nothing by which to tell" in said(stopped_by=None, found=replace(result.found, of_mean=(0.0001,)))
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
@@ -177,7 +176,7 @@ def test_what_the_weights_of_the_runs_say_stands_beside_the_evidence(result, emu
         other.emulation = replace(emulated.emulation, weights=weights, log_evidence_of_runs=1.25)
         return dict(verdict.found(result, other))["Evidence"][0]
 
-    count = len(result.filter.evaluations)
+    count = len(result.knowledge.evaluations)
     assert f"By the weights of the runs, worth {count} of equal weight, log p(reference) is 1.25, and means are at most" in evidence(np.full(count, 1 / count))
     # Of one run they say nothing.
     assert "By the weights of the runs" not in evidence(np.eye(count)[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from numbers import Real
 from types import MappingProxyType
@@ -12,10 +12,13 @@ import numpy as np
 
 from graincal.campaign.curves import file_name
 from graincal.campaign.experiment import Experiment, Model
-from graincal.data import InputError, ParameterSpace, Samples
+from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.execution import number_of_workers
 from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
+from graincal.inference.emulation import Found
 from graincal.inference.first_look import FirstLook
+from graincal.inference.knowledge import Knowledge
+from graincal.inference.packings import Siblings
 from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
 from graincal.models.contact_parameters import check_ranges, check_units
@@ -131,20 +134,35 @@ class Calibration:
             self._check_model(experiment, self.space.of_experiment(number))
         return self
 
-    def new_filter(self) -> Filter:
-        """The filter before its first sample."""
-        return self._filter(**({"first_look": self.first_look} if self.first_look else {}))
+    def new_filter(self, looks: Callable[[int], Found | None] | None = None) -> Filter:
+        """The filter before its first sample. looks: what was found by looks at so many evaluations, by the method "posterior"."""
+        options = {"first_look": self.first_look} if self.first_look else {}
+        return self._filter(**options, **({"looks": looks} if looks and self.method == POSTERIOR else {}))
+
+    def new_knowledge(self) -> Knowledge:
+        """What is known before the first evaluation, by the method "posterior"."""
+        options = {name: self.filter_options[name] for name in ("thin", *self.error_options) if name in self.filter_options}
+        return Knowledge(self.space, self._references, siblings=self._siblings, first_look=self.first_look, **options)
 
     def blank_filter(self) -> Filter:
         """The filter as it would be without its first look, from which it takes seconds to learn: for its settings."""
         return self._filter()
 
     def _filter(self, **options: Any) -> Filter:
-        references = [experiment.reference for experiment in self.experiments]
         options |= self.decided_options
-        if self.method == POSTERIOR and options.pop("packing_scatter", True):
-            options["siblings"] = [experiment.siblings for experiment in self.experiments]
-        return METHODS[self.method](self.space, references, stop=self.stop, seed=self.seed, **options)
+        options.pop("packing_scatter", None)
+        if self.method == POSTERIOR:
+            options["siblings"] = self._siblings
+        return METHODS[self.method](self.space, self._references, stop=self.stop, seed=self.seed, **options)
+
+    @property
+    def _references(self) -> list[Reference]:
+        return [experiment.reference for experiment in self.experiments]
+
+    @property
+    def _siblings(self) -> list[Siblings | None] | None:
+        """How each experiment's model can be run on packings like its own; None where what packings differ by does not count."""
+        return [experiment.siblings for experiment in self.experiments] if self.filter_options.get("packing_scatter", True) else None
 
     @property
     def error_options(self) -> dict[str, Any]:

@@ -44,7 +44,7 @@ class Campaign:
         """Go on to the end."""
         for listener in self.listeners:
             listener.begins(self.calibration)
-        filter = self.calibration.new_filter()
+        filter = self.calibration.new_filter(self.store.look)
         if getattr(filter, "ahead", 0):
             # Evaluations in threads go on while the filter limits the threads of linear algebra, which holds for all of a process: their last digits
             # would depend on when they run, if it did not hold all the time.
@@ -72,11 +72,11 @@ class Campaign:
             tell(filter, samples, self.store, self.calibration.experiments)
             if isinstance(filter, PosteriorFilter) and filter.places is not None:
                 study_packings(filter, self.calibration, self.store, self.listeners)
-            learnt = Learnt.of(filter) if isinstance(filter, PosteriorFilter) else None
-            self.store.complete(filter.iterations[-1], learnt)
+            learnt, looks = (Learnt.of(filter), filter.take_looks()) if isinstance(filter, PosteriorFilter) else (None, [])
+            self.store.complete(filter.iterations[-1], learnt, looks)
             replayed = index < known
             if self.store.folder and (filter.finished or not replayed):
-                write_curves(Result(self.store, self.calibration, filter), self.store.folder / CURVES)
+                write_curves(Result(self.store, self.calibration), self.store.folder / CURVES)
             for listener in self.listeners:
                 listener.iteration_ends(filter.iterations[-1], replayed, learnt)
                 if learnt and not learnt.predicts and not replayed:
@@ -86,7 +86,7 @@ class Campaign:
         self.store.stop(filter.stopped_by, filter.stopped_because)
         for listener in self.listeners:
             listener.stops(filter.stopped_by, filter.stopped_because)
-        return Result(self.store, self.calibration, filter)
+        return Result(self.store, self.calibration)
 
     def _evaluate(self, iteration: int, samples: Samples, early_stop: EarlyStop | None) -> None:
         """Evaluate what is waiting, one experiment after the other; a sample that fails or is stopped in one is left out of the next."""

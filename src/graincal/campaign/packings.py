@@ -59,7 +59,7 @@ def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Sto
             for row, outcome in outcomes:
                 store.record(int(waiting.ids[row]), number, outcome)
     store.keep(STUDIED, "yes")
-    tell_packings(filter, store, calibration.experiments)
+    filter.tell_packings(*packings_told(store, calibration.experiments))
 
 
 def studied(store: Store) -> bool:
@@ -67,10 +67,10 @@ def studied(store: Store) -> bool:
     return store.meta(STUDIED) is not None
 
 
-def tell_packings(filter: PosteriorFilter, store: Store, experiments: Sequence[Experiment]) -> None:
-    """Tell a filter what the store holds of runs on siblings."""
+def packings_told(store: Store, experiments: Sequence[Experiment]) -> tuple[NDArray[np.float64], list[NDArray[np.float64] | None]]:
+    """What the store holds of runs on siblings, as a filter is told: places, and responses for each experiment."""
     samples = store.samples(STUDY)
-    filter.tell_packings(samples.theta[::SIBLINGS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)])
+    return samples.theta[::SIBLINGS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)]
 
 
 def _samples(places: NDArray[np.float64], names: tuple[str, ...]) -> Samples:

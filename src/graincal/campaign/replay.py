@@ -1,28 +1,33 @@
-"""A filter is a function of what it is told: told again what a store holds, it is the one that ran."""
+"""What a store holds, told again: to a filter, which is a function of what it is told and then the one that ran, or as what is known."""
 
 from __future__ import annotations
 
-import dataclasses
-import sys
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graincal.campaign.calibration import Calibration, Filter
 from graincal.campaign.experiment import Experiment
-from graincal.campaign.packings import studied, tell_packings
-from graincal.campaign.store import Store, same
+from graincal.campaign.packings import packings_told, studied
+from graincal.campaign.store import Store
 from graincal.data import ParameterSpace, Response, Samples
-from graincal.inference import PosteriorFilter, Stop
+from graincal.inference import PosteriorFilter
+from graincal.inference.batch import Batch, Batches
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.knowledge import Knowledge
 from graincal.inference.posterior_filter import APART, REPLICATES
 
 INFEASIBLE = "infeasible"
 """The kind of a `Failure` by which a model says that a sample's parameters are impossible; other kinds say nothing of them."""
 
 
-def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[Experiment]) -> None:
-    """Tell a filter the outcomes of samples, all of which the store holds; and those of the study of packings, if it waits for that and the store holds all of it, or never will: then its first
-    batch is complete."""
+Outcomes = tuple[list[NDArray[np.float64]], NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]
+
+
+def outcomes(samples: Samples, store: Store, experiments: Sequence[Experiment]) -> Outcomes:
+    """What became of samples (N,), all of which the store holds, as filters are told: responses at the rows of each reference, (N, T, J), NaN where there is none; which failed, which of these are
+    infeasible, and which were stopped."""
     failed, infeasible, stopped = np.zeros((3, len(samples)), dtype=bool)
     responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
     for row, id in enumerate(samples.ids):
@@ -34,33 +39,29 @@ def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[E
             elif not stopped[row]:
                 failed[row] = True
                 infeasible[row] |= outcome is not None and outcome.kind == INFEASIBLE
-    filter.tell(samples, responses, failed, infeasible, stopped)
+    return responses, failed, infeasible, stopped
+
+
+def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[Experiment]) -> None:
+    """Tell a filter the outcomes of samples; and those of the study of packings, if it waits for that and the store holds all of it, or never will: then its first batch is complete."""
+    filter.tell(samples, *outcomes(samples, store, experiments))
     if isinstance(filter, PosteriorFilter) and filter.places is not None and (studied(store) or store.iterations()):
-        tell_packings(filter, store, experiments)
+        filter.tell_packings(*packings_told(store, experiments))
 
 
-def replay(store: Store, calibration: Calibration) -> Filter:
-    """The filter after the iterations that are complete. Raises InputError where it asks for other samples than the store holds."""
-    filter = calibration.new_filter()
-    for index, iteration in enumerate(store.iterations()):
-        # A filter at its end asks for nothing more.
-        asked = next(iter(filter.under_way), filter.ask())
-        if not same(asked, iteration.samples):
-            raise store.other_samples(index)
-        tell(filter, asked, store, calibration.experiments)
-    return filter
-
-
-def learn_again(store: Store, calibration: Calibration) -> Filter:
-    """A posterior filter that has learnt from the iterations that are complete, whatever samples it would have asked for itself: what another build can
-    say of a campaign. The evaluations carry no weight."""
-    never = Stop(posterior_shift=False, max_iterations=sys.maxsize, max_evaluations=sys.maxsize)
-    filter = dataclasses.replace(calibration, stop=never).new_filter()
-    for iteration in store.iterations():
-        filter.ask_instead(iteration.samples)
-        tell(filter, iteration.samples, store, calibration.experiments)
-    filter.look()
-    return filter
+def knowledge(store: Store, calibration: Calibration) -> Knowledge:
+    """What is known by the iterations that are complete, by the method "posterior"."""
+    known, iterations = calibration.new_knowledge(), store.iterations()
+    samples = [iteration.samples for iteration in iterations]
+    samples = Samples(np.concatenate([each.ids for each in samples]), np.concatenate([each.theta for each in samples]), calibration.space.names)
+    batches = Batches()
+    batches.add(Batch(samples, known.thinnings, calibration.space))
+    batches.tell(samples, *outcomes(samples, store, calibration.experiments))
+    # Where each was drawn from is in the weights that a look found.
+    known.add(batches.take_complete(), DefensiveMixture(calibration.space), 0)
+    if studied(store):
+        known.tell_packings(*packings_told(store, calibration.experiments))
+    return known
 
 
 def runs_at_answer(samples: Samples, space: ParameterSpace) -> bool:

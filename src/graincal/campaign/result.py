@@ -9,15 +9,18 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
-from graincal.campaign.calibration import POSTERIOR, Calibration, Filter, round_of
+from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.packings import TROUBLE
-from graincal.campaign.replay import learn_again, replay, runs_at_answer
+from graincal.campaign.replay import knowledge, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
 from graincal.inference import Grade, Posterior, Stop, grade
+from graincal.inference.emulation import Emulation, Found
+from graincal.inference.knowledge import Knowledge
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,22 +67,18 @@ class Result:
     samples whose run was stopped early, for it could not matter any more (`PosteriorFilter`); their errors are those of the states that they came to.
     seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
     iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
-    learnt: what each brought of the posterior, in figures; empty by methods without one. learnt_again: whether `filter`, once it has been asked for,
-    learnt from the stored evaluations because this build would have made others.
+    learnt: what each brought of the posterior, in figures; empty by methods without one.
     stopped_by, stopped_because: the criterion and a sentence; None while the campaign is not at its end.
     calibration: what was asked. provenance: what it was computed with. started: when, ISO 8601.
     """
 
-    def __init__(self, store: Store, calibration: Calibration, filter: Filter | None = None) -> None:
-        """filter: the one that has been told what the store holds, where there is one; otherwise it is told again when it is asked for."""
+    def __init__(self, store: Store, calibration: Calibration) -> None:
         self._store = store
-        self._filter = filter
         self.calibration = calibration
         self.provenance = store.provenance
         self.started = store.meta("started")
         self.stopped_by = store.meta("stopped_by")
         self.stopped_because = store.meta("stopped_because")
-        self.learnt_again = False
         self.iterations = store.iterations()
         self.learnt: tuple[Learnt, ...] = store.learnt()
         if not self.iterations:
@@ -159,20 +158,22 @@ class Result:
         return self._candidate(int(np.searchsorted(self.ids, last.samples.ids[last.most_probable])))
 
     @cached_property
-    def filter(self) -> Filter:
-        """The filter as it is after the complete iterations. It is told again what the store holds, which takes `PosteriorFilter` seconds an iteration.
+    def found(self) -> Found | None:
+        """What the last look at the evaluations found, by the method "posterior"; None before there was one."""
+        return self._store.look()
 
-        A posterior filter of another build than the one that ran, which would ask for other samples, learns from those that are stored (`learnt_again`).
-        """
-        if self._filter:
-            return self._filter
-        try:
-            return replay(self._store, self.calibration)
-        except InputError:
-            if not self.has_posterior:
-                raise
-            self.learnt_again = True
-            return learn_again(self._store, self.calibration)
+    @cached_property
+    def knowledge(self) -> Knowledge:
+        """What is known by the complete iterations, by the method "posterior": errors, evaluations, what packings differ by."""
+        return knowledge(self._store, self.calibration)
+
+    @cached_property
+    def emulation(self) -> Emulation | None:
+        """What the last look found, with the emulators that it was found by, which are made again."""
+        if self.found is None:
+            return None
+        with threadpool_limits(1):
+            return self.knowledge.recall(self.found)
 
     @property
     def has_posterior(self) -> bool:
@@ -196,8 +197,7 @@ class Result:
             return None
         if runs_at_answer(last.samples, self.space):
             return Answer(last.samples.theta[0], last.samples.ids, last.errors)
-        emulation = self.filter.emulation
-        return Answer(emulation.answer, np.empty(0, dtype=np.int64), np.empty(0)) if emulation else None
+        return Answer(self.found.answer, np.empty(0, dtype=np.int64), np.empty(0)) if self.found else None
 
     @property
     def log_evidence(self) -> float:
@@ -208,7 +208,7 @@ class Result:
     def posterior(self) -> Posterior | None:
         """What is known of the parameters: by the method "posterior" the emulated one, else the samples of the last iteration that has weights; None without."""
         if self.has_posterior:
-            return self.filter.posterior
+            return self.found.posterior if self.found else None
         return next((iteration.posterior for iteration in reversed(self.iterations) if not iteration.unweighted), None)
 
     @cached_property

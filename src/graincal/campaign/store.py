@@ -19,17 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
-from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.calibration import Calibration, round_of
 from graincal.campaign.description import describe, describe_first_look, describe_stop, restore
 from graincal.campaign.learnt import Learnt
+from graincal.campaign.looks import pack_look, unpack_look
 from graincal.campaign.provenance import provenance
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference import Iteration, Stop
+from graincal.inference.emulation import Found
 from graincal.inference.first_look import FirstLook
 
 NAME = "campaign.db"
-VERSION = 2
+VERSION = 3
 
 # theta and details are JSON; arrays are .npy (arrays.py). A response is kept on the states of its model, whatever the reference. An evaluation is "waiting"
 # until it is "finished" (a response) or "failed" (a reason). One that was stopped early is finished, with a response that is shorter, and its details say so.
@@ -51,6 +53,7 @@ CREATE TABLE iteration (
     weights BLOB NOT NULL, errors BLOB NOT NULL, observable_errors BLOB NOT NULL
 );
 CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
+CREATE TABLE look (evaluations INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, found BLOB NOT NULL);
 """
 
 
@@ -241,8 +244,8 @@ class Store:
 
     # Iterations and the end
 
-    def complete(self, iteration: Iteration, learnt: Learnt | None = None) -> None:
-        """Keep what an iteration found, and what was learnt of the posterior by it, unless it is kept already."""
+    def complete(self, iteration: Iteration, learnt: Learnt | None = None, looks: Sequence[Found] = ()) -> None:
+        """Keep what an iteration found, what was learnt of the posterior by it and what looks at the evaluations found, unless it is kept already."""
         numbers = [float(value) for value in (iteration.s, iteration.effective_sample_size, iteration.gl_error)]
         arrays = [pack_array(array) for array in (iteration.weights, iteration.errors, iteration.observable_errors)]
         with self._transaction() as db:
@@ -250,6 +253,8 @@ class Store:
             db.execute("INSERT OR IGNORE INTO iteration VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (iteration.index, *numbers, iteration.unweighted, *arrays))
             if learnt:
                 db.execute("INSERT OR IGNORE INTO learnt VALUES (?, ?)", (iteration.index, json.dumps(learnt.plain())))
+            for found in looks:
+                db.execute("INSERT OR IGNORE INTO look VALUES (?, ?, ?)", (len(found.weights), iteration.index, pack_look(found)))
 
     def iterations(self) -> tuple[Iteration, ...]:
         """The iterations that are complete; their proposals are not kept."""
@@ -257,10 +262,13 @@ class Store:
 
     def learnt(self) -> tuple[Learnt, ...]:
         """What was learnt of the posterior by each of the iterations that are complete; nothing by methods without one."""
-        if self.description["method"] != POSTERIOR:
-            # Campaigns of before there was a posterior have no table for it.
-            return ()
         return tuple(Learnt.restore(json.loads(figures)) for (figures,) in self._rows("SELECT figures FROM learnt ORDER BY iteration"))
+
+    def look(self, evaluations: int | None = None) -> Found | None:
+        """What was found by a look at so many evaluations, or by the last one; None where none was taken."""
+        chosen, arguments = ("ORDER BY evaluations DESC LIMIT 1", ()) if evaluations is None else ("WHERE evaluations = ?", (evaluations,))
+        rows = self._rows(f"SELECT found FROM look {chosen}", *arguments)
+        return unpack_look(rows[0][0], self.calibration.space) if rows else None
 
     def stop(self, by: str, because: str) -> None:
         """Keep why the calibration is at its end."""
@@ -279,7 +287,7 @@ class Store:
             db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta.items())
             db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
             db.execute("DELETE FROM evaluation WHERE sample IN (SELECT id FROM sample WHERE iteration >= ?)", (iterations,))
-            for table, column in {"sample": "iteration", "iteration": "id", **({"learnt": "iteration"} if self.description["method"] == POSTERIOR else {})}.items():
+            for table, column in {"sample": "iteration", "iteration": "id", "learnt": "iteration", "look": "iteration"}.items():
                 db.execute(f"DELETE FROM {table} WHERE {column} >= ?", (iterations,))
         self._forget()
 

@@ -84,12 +84,6 @@ class Batches:
         self._last = batch
         self.asked += len(batch.samples)
 
-    def replace(self, batch: Batch) -> None:
-        """Ask for this one instead of all that are under way."""
-        self.asked -= sum(len(each.samples) for each in self._under_way)
-        self._under_way.clear()
-        self.add(batch)
-
     def take_complete(self) -> Batch | None:
         """The earliest, if all of it has been told, which is then under way no more; None otherwise."""
         return self._under_way.popleft() if self._under_way and self._under_way[0].told.all() else None

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +13,16 @@ from scipy.optimize import brentq, minimize
 
 from graincal.data import ParameterSpace, Reference
 from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.doubt import SAMPLES, Doubt, doubt
 from graincal.inference.early_stop import FirstStates, bounds
-from graincal.inference.emulator import Emulator, emulated_log_likelihood
+from graincal.inference.emulator import Emulator, Kernels, emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.explore import Explored, explore
 from graincal.inference.importance import log_evidence, normalised, pareto_k
 from graincal.inference.likelihood import ReducedLikelihood, log_likelihood, marginal
 from graincal.inference.posterior import Posterior
+from graincal.inference.proposal import systematic_resampling
 
 # An emulator is asked how it does near the posterior; every evaluation counts there a little, so that there is an answer when none carries weight.
 LEAST_COUNT = 0.02
@@ -31,24 +35,20 @@ SEARCHES = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Emulation:
-    """The emulated posterior.
+class Found:
+    """What the evaluations say of the posterior, in figures: all that is kept of it.
 
-    posterior: weighted samples. answer (n,): where the log likelihood expected under the errors of measurement alone is the largest, so that neither a response that is known to be
-    poor nor one that may be anything is the answer. log_evidence with its standard deviation: of the references, under the prior.
+    explored: weighted samples of the posterior. answer (n,): where the log likelihood expected under the errors of measurement alone is the largest, so that neither a response that is known to be
+    poor nor one that may be anything is the answer.
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses; of_mean (E,): the
     error there if each were predicted by the mean of all.
     weights (N,): of the evaluations themselves, zero where they carry none;
     effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
     the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
-    posterior's probability that evaluations which were stopped hold at most.
+    posterior's probability that evaluations which were stopped hold at most. doubt: how much what the emulators do not know may move it. kernels (E,): those of the emulators, and cheaper, of a first look's where there was one.
     """
 
-    emulators: tuple[Emulator, ...]
-    likelihoods: tuple[ReducedLikelihood, ...]
-    first_states: tuple[FirstStates, ...]
     explored: Explored
-    posterior: Posterior
     answer: NDArray[np.float64]
     held_out: tuple[float, ...]
     of_mean: tuple[float, ...]
@@ -57,10 +57,18 @@ class Emulation:
     pareto_k: float
     log_evidence_of_runs: float
     dropped: float
+    doubt: Doubt
+    kernels: tuple[Kernels, ...]
+    cheaper: tuple[Kernels, ...]
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """The weighted samples."""
+        return Posterior(self.explored.proposal.space.names, self.explored.theta, self.explored.weights)
 
     @property
     def log_evidence(self) -> float:
-        """The log of the probability of the references."""
+        """The log of the probability of the references under the prior."""
         return self.explored.log_evidence
 
     @property
@@ -78,9 +86,23 @@ class Emulation:
         """Whether the emulators say more than that responses are like those already seen, which is all that a mixture of the parameters knows of them."""
         return self.held_out_ratio < 1
 
+
+@dataclass(frozen=True, eq=False)
+class Emulation(Found):
+    """The emulated posterior: what was found, the emulators (E,) that it was found by, and the likelihoods of what each predicts and of the first states of a run."""
+
+    emulators: tuple[Emulator, ...]
+    likelihoods: tuple[ReducedLikelihood, ...]
+    first_states: tuple[FirstStates, ...]
+
     def log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The emulated log likelihood (M,) at points (M, n) of the unit cube."""
         return emulated_log_likelihood(self.likelihoods, self.emulators, unit)
+
+    @property
+    def found(self) -> Found:
+        """Without the emulators."""
+        return Found(**_figures(self))
 
 
 def emulate(
@@ -98,13 +120,12 @@ def emulate(
     """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
     before: from fewer of the evaluations. cheaper: emulators of a first look at each reference. near: a density that the posterior is near to, for as long as nothing is before.
     thorough: as in `explore`; without anything before it is. of_measurement: the errors of the measurements alone, under which the answer fits best; by default `errors`."""
+    learnt = [
+        _learn(evaluations, number, reference, model, scatter, before and before.emulators[number], cheaper and cheaper[number])
+        for number, (reference, model, scatter) in enumerate(zip(references, errors, scatters))
+    ]
+    emulators, likelihoods, first_states = zip(*learnt)
     unit, space = evaluations.unit, evaluations.space
-    emulators, likelihoods, first_states = zip(
-        *(
-            _learn(evaluations, number, reference, model, scatter, before and before.emulators[number], cheaper and cheaper[number])
-            for number, (reference, model, scatter) in enumerate(zip(references, errors, scatters))
-        )
-    )
 
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return emulated_log_likelihood(likelihoods, emulators, points)
@@ -129,35 +150,68 @@ def emulate(
     some = np.isfinite(log_weights).any()
     weights = normalised(log_weights) if some else np.zeros(len(evaluations))
     held_out = [emulator.held_out() for emulator in emulators]
-    near = [np.maximum(weights[whole], LEAST_COUNT / whole.sum()) for whole, _ in map(evaluations.known, range(len(references)))]
+    nearness = [np.maximum(weights[whole], LEAST_COUNT / whole.sum()) for whole, _ in map(evaluations.known, range(len(references)))]
     drawn = np.sum(evaluations.proposal >= 0)
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
+
+    def near_the_posterior(every: Sequence[NDArray[np.float64]]) -> tuple[float, ...]:
+        return tuple(float(np.sqrt(np.average(errors**2, weights=near))) for errors, near in zip(every, nearness))
+
+    drawn_again = rng.permutation(systematic_resampling(explored.weights, SAMPLES, rng))
     return Emulation(
-        emulators,
-        likelihoods,
-        first_states,
-        explored,
-        Posterior(space.names, explored.theta, explored.weights),
-        _best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
-        *(
-            tuple(float(np.sqrt(np.average(errors**2, weights=nearness))) for errors, nearness in zip(every, near))
-            for every in ([each.error for each in held_out], [each.of_mean for each in held_out])
-        ),
-        float(np.mean([emulator.coverage for emulator in emulators])),
-        weights,
-        pareto_k(log_weights),
-        of_runs,
-        float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / max(drawn, 1)),
+        explored=explored,
+        answer=_best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
+        held_out=near_the_posterior([each.error for each in held_out]),
+        of_mean=near_the_posterior([each.of_mean for each in held_out]),
+        coverage=float(np.mean([emulator.coverage for emulator in emulators])),
+        weights=weights,
+        pareto_k=pareto_k(log_weights),
+        log_evidence_of_runs=of_runs,
+        dropped=float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / max(drawn, 1)),
+        doubt=doubt(space.to_unit(explored.theta[drawn_again]), explored.log_evidence, emulators, likelihoods, rng),
+        kernels=tuple(emulator.kernels for emulator in emulators),
+        cheaper=tuple(emulator.kernels for emulator in cheaper or ()),
+        emulators=emulators,
+        likelihoods=likelihoods,
+        first_states=first_states,
     )
 
 
+def recall(
+    found: Found,
+    evaluations: Evaluations,
+    references: Sequence[Reference],
+    errors: Sequence[ErrorModel],
+    scatters: Sequence[bool],
+    cheaper: Sequence[Emulator] | None = None,
+) -> Emulation:
+    """What `emulate` found before of the same evaluations, with the emulators made again by the kernels that are kept: nothing is searched for."""
+    learnt = [
+        _learn(evaluations, number, reference, model, scatter, None, cheaper and cheaper[number], kernels)
+        for number, (reference, model, scatter, kernels) in enumerate(zip(references, errors, scatters, found.kernels))
+    ]
+    emulators, likelihoods, first_states = zip(*learnt)
+    return Emulation(**_figures(found), emulators=emulators, likelihoods=likelihoods, first_states=first_states)
+
+
+def _figures(found: Found) -> dict[str, Any]:
+    return {each.name: getattr(found, each.name) for each in fields(Found)}
+
+
 def _learn(
-    evaluations: Evaluations, number: int, reference: Reference, errors: ErrorModel, scatters: bool, before: Emulator | None, cheaper: Emulator | None
+    evaluations: Evaluations,
+    number: int,
+    reference: Reference,
+    errors: ErrorModel,
+    scatters: bool,
+    before: Emulator | None,
+    cheaper: Emulator | None,
+    known: Kernels | None = None,
 ) -> tuple[Emulator, ReducedLikelihood, FirstStates]:
     """Of one experiment: the emulator, and the likelihood of what it predicts and of the first states of a run."""
     whole, begun = evaluations.known(number)
     unit, responses = evaluations.unit, evaluations.responses[number]
-    emulator = Emulator(unit[whole], responses[whole], reference, before, evaluations.space.columns(number), cheaper, (unit[begun], responses[begun]))
+    emulator = Emulator(unit[whole], responses[whole], reference, before, evaluations.space.columns(number), cheaper, (unit[begun], responses[begun]), known)
     emulator.trust(_nearness(responses[whole], reference, errors))
     added = emulator.added(scatters)
     likelihood = ReducedLikelihood.of(reference, errors, emulator.centre, emulator.basis, added)

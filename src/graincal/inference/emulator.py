@@ -30,6 +30,14 @@ class HeldOut:
     within: NDArray[np.bool_]
 
 
+@dataclass(frozen=True, eq=False)
+class Kernels:
+    """What the search for an emulator finds, by which it can be made again of the same evaluations: powers (n,) of the parameters that are seen, and a kernel for each component."""
+
+    powers: NDArray[np.float64]
+    kernels: tuple[Kernel, ...]
+
+
 class Emulator:
     """Predicts responses over the unit cube, (T, J) each, from those of N evaluations.
 
@@ -55,11 +63,12 @@ class Emulator:
         seen: slice | NDArray[np.intp] = slice(None),
         cheaper: Emulator | None = None,
         begun: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+        known: Kernels | None = None,
     ) -> None:
         """unit (N, n), responses (N, T, J), of evaluations that succeeded, at least two. start: an emulator of fewer of them, to begin the search at.
 
         seen: an index of the parameters that the model sees; the others are not looked at. cheaper: of a cheaper model's responses. begun: points and
-        responses of evaluations that were stopped, NaN from some state on.
+        responses of evaluations that were stopped, NaN from some state on. known: what the search found before, of the same evaluations.
         """
         peaks = np.abs(reference.values).max(axis=0)
         scale = np.repeat(np.where(peaks > 0, peaks, 1.0), len(reference.control))
@@ -88,17 +97,31 @@ class Emulator:
             scores = np.concatenate([scores, reduction.of_first_segments(self._varying(*begun, scale) - middle)])
         unit = unit[:, seen]
         self._seen = seen
-        self.powers = np.ones(unit.shape[1]) if start is None else start.powers
-        # Kernels of the same numbers: of whole curves, or of segments.
         self._by_segments = some_begun
-        starts = [process.kernel for process in start._processes] if start is not None and start._by_segments == some_begun else []
-        self._processes = _processes(warped(unit, self.powers), scores, starts)
-        self.powers = even_powers(self._processes, unit, self.powers)
-        self._processes = _processes(warped(unit, self.powers), scores, [process.kernel for process in self._processes])
+        self._processes, self.powers = self._found(unit, scores, start) if known is None else self._made(unit, scores, known)
         self.inflation = np.ones(scores.shape[1])
         self._judges = np.full(self._complete, 1 / self._complete)
         self.nuggets = np.array([process.nugget for process in self._processes])
         self._size = np.linalg.norm(reduction.basis, axis=0) / np.sqrt(curves.shape[1])
+
+    def _found(self, unit: NDArray[np.float64], scores: NDArray[np.float64], start: Emulator | None) -> tuple[list[Process], NDArray[np.float64]]:
+        """The most probable processes of scores (N, q) at points (N, n), and the powers."""
+        powers = np.ones(unit.shape[1]) if start is None else start.powers
+        # Kernels of the same numbers: of whole curves, or of segments.
+        starts = [process.kernel for process in start._processes] if start is not None and start._by_segments == self._by_segments else []
+        processes = _processes(warped(unit, powers), scores, starts)
+        powers = even_powers(processes, unit, powers)
+        return _processes(warped(unit, powers), scores, [process.kernel for process in processes]), powers
+
+    def _made(self, unit: NDArray[np.float64], scores: NDArray[np.float64], known: Kernels) -> tuple[list[Process], NDArray[np.float64]]:
+        """The processes by kernels that are known."""
+        points = warped(unit, known.powers)
+        return [Process(points, score, known=kernel) for score, kernel in zip(scores.T, known.kernels)], known.powers
+
+    @property
+    def kernels(self) -> Kernels:
+        """By which it can be made again of the same evaluations."""
+        return Kernels(self.powers, tuple(process.kernel for process in self._processes))
 
     @property
     def simulator(self) -> NDArray[np.float64]:

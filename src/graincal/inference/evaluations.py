@@ -57,6 +57,18 @@ class Evaluations:
             proposals=(*self.proposals, proposal),
         )
 
+    def first(self, count: int) -> Evaluations:
+        """The first so many."""
+        return replace(
+            self,
+            theta=self.theta[:count],
+            responses=tuple(responses[:count] for responses in self.responses),
+            proposal=self.proposal[:count],
+            missing=self.missing[:count],
+            infeasible=self.infeasible[:count],
+            stopped=self.stopped[:count],
+        )
+
     @property
     def usable(self) -> NDArray[np.bool_]:
         """Which have whole responses, (N,)."""

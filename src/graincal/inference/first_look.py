@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference.defensive import DefensiveMixture
-from graincal.inference.emulator import Emulator, emulated_log_likelihood
+from graincal.inference.emulator import Emulator, Kernels, emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
@@ -38,16 +38,20 @@ class FirstLook:
         if np.sum(space.contains(self.theta)) < 2:
             raise InputError(f"a first look needs at least two evaluations within the parameters' ranges, and it has {np.sum(space.contains(self.theta))}.")
 
+    def emulators(self, space: ParameterSpace, references: Sequence[Reference], known: Sequence[Kernels] | None = None) -> tuple[Emulator, ...]:
+        """An emulator of the cheap responses to each reference. known: what the search for each found before."""
+        inside = space.contains(self.theta)
+        unit = space.to_unit(self.theta[inside])
+        return tuple(
+            Emulator(unit, responses[inside], reference, seen=space.columns(number), known=known and known[number])
+            for number, (reference, responses) in enumerate(zip(references, self.responses))
+        )
+
     def learn(
         self, space: ParameterSpace, references: Sequence[Reference], errors: Sequence[ErrorModel], rng: np.random.Generator
     ) -> tuple[tuple[Emulator, ...], DefensiveMixture]:
         """An emulator of the cheap responses to each reference, and the density to draw the first batch from."""
-        inside = space.contains(self.theta)
-        unit = space.to_unit(self.theta[inside])
-        emulators = tuple(
-            Emulator(unit, responses[inside], reference, seen=space.columns(number))
-            for number, (reference, responses) in enumerate(zip(references, self.responses))
-        )
+        emulators = self.emulators(space, references)
         likelihoods = [
             ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(True))
             for reference, model, emulator in zip(references, errors, emulators)

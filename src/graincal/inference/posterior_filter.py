@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,30 +16,26 @@ from graincal.inference.batch import Batch, Batches
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.direct import Weighed, weigh_directly
 from graincal.inference.early_stop import MOST_DROPPED, EarlyStop
-from graincal.inference.emulation import Emulation, emulate
+from graincal.inference.emulation import Emulation, Found
 from graincal.inference.emulator import Emulator
-from graincal.inference.error_model import ErrorModel, error_model, hypotheses
+from graincal.inference.error_model import ErrorModel
 from graincal.inference.errors import gl_error
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.first_look import FirstLook
 from graincal.inference.importance import normalised
 from graincal.inference.iteration import Iteration
-from graincal.inference.packings import PackingScatter, Siblings, packing_scatter, places
+from graincal.inference.knowledge import Knowledge
+from graincal.inference.packings import PackingScatter, Siblings, places
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
-from graincal.inference.sensitivity import Doubt, doubt
+from graincal.inference.doubt import Doubt
 from graincal.inference.stop import ITERATIONS, Stop
-from graincal.inference.thinning import Thinning
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
 
 # How far apart they are, in parts of the ranges: enough to be another run in float32 too.
 APART = 1e-6
-
-# Of the covariances of the errors: each is held so many times while a likelihood is made of it, and more memory than this is refused.
-COPIES = 3
-MOST_MEMORY = 4e9
 
 # The limit on evaluations that is not set otherwise: so many a parameter, or so many times the first batch.
 EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
@@ -81,7 +76,8 @@ class PosteriorFilter(AskTellFilter):
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
     `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n or five first batches if it is not set. `seed` is a whole number, not negative.
     `siblings`: for each reference, how its model can be run on packings like its own (`Siblings`), or None where it cannot: once the first batch is told, `places` says where they
-    are to be run, and nothing is learnt before `tell_packings` says what they gave. Raises InputError for arguments that cannot be used.
+    are to be run, and nothing is learnt before `tell_packings` says what they gave.
+    `looks`: what was found before by a look at so many evaluations, so that it is not taken again, or None; of the same arguments and evaluations. Raises InputError for arguments that cannot be used.
     """
 
     def __init__(
@@ -101,29 +97,28 @@ class PosteriorFilter(AskTellFilter):
         first_look: FirstLook | None = None,
         stop: Stop = Stop(),
         seed: int = 1,
+        looks: Callable[[int], Found | None] | None = None,
     ) -> None:
         self.space = space
-        self.references = (references,) if isinstance(references, Reference) else tuple(references)
+        references = (references,) if isinstance(references, Reference) else tuple(references)
         self.first_batch = 4 * space.size if first_batch is None else first_batch
         self.batch = batch
         self.ahead = ahead
         self.emulator = emulator
         self.early_stop = early_stop
-        self.thinnings = tuple(Thinning.of(reference, thin) for reference in self.references)
         self.stop = stop
         self.seed = seed
-        self.siblings = tuple(siblings or [None] * len(self.references))
-        self.error_options = {"correlation_length": correlation_length, "discrepancy": discrepancy}
-        self._check()
-        self._check_size(discrepancy)
-        self.packings: tuple[PackingScatter | None, ...] = (None,) * len(self.references)
-        self.scatters = tuple(reference.simulated for reference in self.references)
+        self._check(references)
+        self.knowledge = Knowledge(
+            space, references, correlation_length=correlation_length, discrepancy=discrepancy, thin=thin, siblings=siblings, first_look=first_look
+        )
+        self.thinnings = self.knowledge.thinnings
         self._told_packings = not any(self.siblings)
         self._places: NDArray[np.float64] | None = None
         self._held: Batch | None = None
-        self._evaluations = Evaluations.none(space, [reference.values.shape for reference in self.kept])
         self._iterations: list[Iteration] = []
-        self._emulations: list[Emulation | None] = []
+        self._latest: Emulation | None = None
+        self._found: list[Found | None] = []
         self._weighed: list[Weighed | None] = []
         self._stops: dict[str, str] = {}
         self._finished = False
@@ -131,22 +126,31 @@ class PosteriorFilter(AskTellFilter):
         # Of each batch under way: the density, and how many samples were drawn from it.
         self._origins: deque[tuple[DefensiveMixture, int]] = deque()
         self._replicated = False
-        self._doubt: Doubt | None = None
         self._looked_at = 0
         # The number of the batch of fresh runs that the posterior was to be confirmed by, and what was known before it; and what they left of its probability.
         self._fresh: tuple[int, Emulation] | None = None
         self._confirmed = np.nan
         self._tried = False  # whether the latest batch was of fresh runs
         self._settled = False
-        self._take_errors()
-        self._cheaper, self._start = self._look(first_look)
+        self._recall, self._taken = looks or (lambda count: None), []
+        self._cheaper, self._start = self._first_look(first_look)
         self._ask(self._start, self.first_batch)
         self._propose()
 
     @property
     def errors(self) -> tuple[ErrorModel, ...]:
         """The hypotheses on the errors of each reference."""
-        return self._errors
+        return self.knowledge.errors
+
+    @property
+    def siblings(self) -> tuple[Siblings | None, ...]:
+        """For each reference, how its model can be run on packings like its own."""
+        return self.knowledge.siblings
+
+    @property
+    def packings(self) -> tuple[PackingScatter | None, ...]:
+        """What packings differ by, for each reference; None where it is not known."""
+        return self.knowledge.packings
 
     @property
     def places(self) -> NDArray[np.float64] | None:
@@ -159,17 +163,7 @@ class PosteriorFilter(AskTellFilter):
         if self._places is None:
             raise InputError("tell_packings: no runs on other packings are wanted now.")
         self._told_packings, self._places = True, None
-        theirs = [np.flatnonzero(np.all(self._evaluations.theta == place, axis=1)) for place in theta]
-        own = [rows[0] if len(rows) else -1 for rows in theirs]
-        self.packings = tuple(
-            None
-            if sibling is None or told is None
-            else packing_scatter(
-                np.stack([thinning.reduce(each) for each in told]), np.where(np.array(own)[:, None, None] >= 0, known[own], np.nan), thinning.kept.control, sibling
-            )
-            for sibling, told, thinning, known in zip(self.siblings, responses, self.thinnings, self._evaluations.responses)
-        )
-        self._take_errors()
+        self.knowledge.tell_packings(theta, responses)
         if self._held is not None:
             held, self._held = self._held, None
             self._after(held)
@@ -195,17 +189,22 @@ class PosteriorFilter(AskTellFilter):
     @property
     def evaluations(self) -> Evaluations:
         """Everything told, of complete batches."""
-        return self._evaluations
+        return self.knowledge.evaluations
 
     @property
     def emulation(self) -> Emulation | None:
         """What the last batch brought; None without an emulator, and before there are two responses."""
-        return self._emulations[-1] if self._emulations else None
+        return self._latest
 
     @property
-    def emulations(self) -> tuple[Emulation | None, ...]:
-        """After each batch."""
-        return tuple(self._emulations)
+    def found(self) -> tuple[Found | None, ...]:
+        """What was found of the posterior after each batch; None without an emulator, and where there were less than two responses."""
+        return tuple(self._found)
+
+    def take_looks(self) -> list[Found]:
+        """What was found by looks at the evaluations since this was last asked; a look for the answer is among them, which `found` leaves out."""
+        taken, self._taken = self._taken, []
+        return taken
 
     @property
     def weighed(self) -> Weighed | None:
@@ -218,7 +217,7 @@ class PosteriorFilter(AskTellFilter):
         if self.emulation:
             return self.emulation.posterior
         weighed = self.weighed
-        return Posterior(self.space.names, self._evaluations.theta, normalised(weighed.log_weights)) if weighed else None
+        return Posterior(self.space.names, self.evaluations.theta, normalised(weighed.log_weights)) if weighed else None
 
     @property
     def log_evidence(self) -> float:
@@ -226,17 +225,10 @@ class PosteriorFilter(AskTellFilter):
         source = self.emulation or self.weighed
         return source.log_evidence if source else np.nan
 
-    def look(self) -> None:
-        """Emulate anew where there are evaluations that have not been looked at."""
-        if self.emulation and self._looked_at < len(self._evaluations):
-            with threadpool_limits(1):
-                emulation = self._look_again(thorough=False)
-            self._emulations[-1] = emulation
-
     @property
     def doubt(self) -> Doubt | None:
         """How much what the emulators do not know may move the posterior, as it is now."""
-        return self._doubt
+        return self._latest and self._latest.doubt
 
     @property
     def confirmed(self) -> float:
@@ -246,9 +238,9 @@ class PosteriorFilter(AskTellFilter):
     def shift(self, last: int = 0) -> float:
         """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation. Infinite where
         there is none to compare with or it was not looked at, and where the emulator predicts nothing (`Emulation.predicts`)."""
-        if len(self._emulations) < 2 + last:
+        if len(self._found) < 2 + last:
             return np.inf
-        after, earlier = self._emulations[-1 - last], self._emulations[-2 - last]
+        after, earlier = self._found[-1 - last], self._found[-2 - last]
         if after is earlier or not (after and earlier and after.predicts and earlier.predicts):
             return np.inf
         now, before = after.posterior, earlier.posterior
@@ -257,12 +249,6 @@ class PosteriorFilter(AskTellFilter):
             stretched = np.abs(np.log(now.std() / before.std()))
         return float(np.nanmax([*moved, *stretched]))
 
-    def ask_instead(self, samples: Samples) -> None:
-        """Have these told next, with ids that go on from the last told, instead of what is asked for: they are learnt from, and carry no weight."""
-        self._origins.clear()
-        self._origins.append((self._start, 0))
-        self._batches.replace(Batch(samples, self.thinnings, self.space))
-
     # The loop
 
     def _complete_batches(self) -> None:
@@ -270,7 +256,7 @@ class PosteriorFilter(AskTellFilter):
             self._complete_batch(batch)
 
     def _complete_batch(self, batch: Batch) -> None:
-        self._evaluations = self._evaluations.with_batch(batch, *self._origins.popleft())
+        self.knowledge.add(batch, *self._origins.popleft())
         fits = np.where(batch.stopped, np.nan, batch.errors)
         if not self._told_packings and np.isfinite(fits).any():
             self._places, self._held = places(self.space, batch.samples.theta, fits), batch
@@ -283,28 +269,19 @@ class PosteriorFilter(AskTellFilter):
             self._learn(batch)
             self._go_on()
 
-    def errors_if(self, *, discrepancy: bool = True, packings: bool = True) -> tuple[ErrorModel, ...]:
-        """The hypotheses on the errors of each reference as they would be without what the model cannot reproduce, or without what packings differ by."""
-        options = self.error_options if discrepancy else {**self.error_options, "discrepancy": False}
-        return tuple(
-            error_model(thinning, **options, packings=scatter if packings else None, counted=_counted(reference, sibling))
-            for thinning, reference, scatter, sibling in zip(self.thinnings, self.references, self.packings, self.siblings)
-        )
-
-    def _take_errors(self) -> None:
-        self._errors = self.errors_if()
-
     def _learn(self, batch: Batch) -> None:
-        if self._evaluations.usable.sum() < 2:
-            self._emulations.append(None), self._weighed.append(None)
+        if self.evaluations.usable.sum() < 2:
+            self._found.append(None), self._weighed.append(None)
         elif not self.emulator:
-            self._emulations.append(None)
-            self._weighed.append(weigh_directly(self._evaluations, self.kept, self.errors))
+            self._found.append(None)
+            self._weighed.append(weigh_directly(self.evaluations, self.kept, self.errors))
         else:
             fresh = self._fresh if self._fresh and self._fresh[0] == len(self._iterations) else None
-            # Before the list is: looking takes what is not needed any more off it.
-            emulation = self._look_again(thorough=fresh is not None) if fresh or self._due else self._emulations[-1]
-            self._emulations.append(emulation)
+            if fresh or self._due:
+                self._latest = self._look(thorough=fresh is not None)
+                self._found.append(self._latest.found)
+            else:
+                self._found.append(self._found[-1])
             self._weighed.append(None)
             self._tried = False
             if fresh:
@@ -314,34 +291,24 @@ class PosteriorFilter(AskTellFilter):
     @property
     def _due(self) -> bool:
         """Whether the runs have grown enough since the last look, or are the last."""
-        return len(self._evaluations) >= (1 + GROWTH) * self._looked_at or self._replicated
+        return len(self.evaluations) >= (1 + GROWTH) * self._looked_at or self._replicated
 
-    def _look_again(self, thorough: bool) -> Emulation:
-        before = next((emulation for emulation in reversed(self._emulations) if emulation), None)
-        # Of earlier ones nothing is asked for but moments. Of batches under way those who may stop their runs hold what they need.
-        self._emulations = [each and replace(each, first_states=(), **({} if each is before else {"emulators": (), "likelihoods": ()})) for each in self._emulations]
-        number = len(self._iterations)
-        emulation = emulate(
-            self._evaluations,
-            self.kept,
-            self.errors,
-            self.scatters,
-            self._rng("emulate", number),
-            before,
-            self._cheaper,
-            self._start if self._cheaper else None,
-            thorough or len(self._evaluations) <= FEW,
-            self.errors_if(discrepancy=False, packings=False),
-        )
-        self._looked_at = len(self._evaluations)
-        self._doubt = doubt(emulation, self.space, self._rng("doubt", number))
+    def _look(self, thorough: bool) -> Emulation:
+        count = len(self.evaluations)
+        if found := self._recall(count):
+            emulation = self.knowledge.recall(found, self._cheaper)
+        else:
+            rng, near = self._rng("emulate", count), self._start if self._cheaper else None
+            emulation = self.knowledge.look(rng, self._latest, self._cheaper, near, thorough or count <= FEW)
+            self._taken.append(emulation.found)
+        self._looked_at = count
         return emulation
 
     @property
     def _calm(self) -> bool:
         """Whether what the emulators do not know moves the posterior by little."""
         enough = self.stop.posterior_shift
-        return enough is not False and self.emulation is not None and self.emulation.predicts and self._doubt.most <= enough
+        return enough is not False and self.emulation is not None and self.emulation.predicts and self.doubt.most <= enough
 
     def _confirm(self, batch: Batch, before: Emulation) -> None:
         """Whether fresh runs at draws from the posterior fit as it said."""
@@ -364,7 +331,7 @@ class PosteriorFilter(AskTellFilter):
             return
         elif self.emulation and not self._replicated and "proposal" not in self._stops:
             # What was not looked at yet tells where the answer is; the batch before stays what it was, for whoever goes on by another limit.
-            emulation = self.emulation if self._looked_at == len(self._evaluations) else self._look_again(thorough=False)
+            emulation = self.emulation if self._looked_at == len(self.evaluations) else self._look(thorough=False)
             self._replicated = True
             self._ask(DefensiveMixture(self.space), 0, self._replicates(emulation.answer))
         else:
@@ -386,11 +353,11 @@ class PosteriorFilter(AskTellFilter):
         if emulation and emulation.predicts:
             self._ask(emulation.explored.proposal, size - 1, emulation.answer[None], emulation if self.early_stop else None)
             return
-        weighed = self.weighed or (weigh_directly(self._evaluations, self.kept, self.errors) if self._iterations else None)
+        weighed = self.weighed or (weigh_directly(self.evaluations, self.kept, self.errors) if self._iterations else None)
         if weighed is None:
             self._ask(self._start, size)
             return
-        self._ask(DefensiveMixture.fitted(self.space, self._evaluations.theta, weighed.weights, rng), size)
+        self._ask(DefensiveMixture.fitted(self.space, self.evaluations.theta, weighed.weights, rng), size)
 
     @property
     def _confirms(self) -> bool:
@@ -436,18 +403,17 @@ class PosteriorFilter(AskTellFilter):
     def _least(self, emulation: Emulation, proposal: DefensiveMixture, theta: NDArray[np.float64]) -> NDArray[np.float64]:
         """The log likelihood (M,) below which samples (M, n) of a proposal are of no account: so many runs of that together have not the part
         MOST_DROPPED of the evidence, which is taken to be the smaller of what the emulator and the runs alone say."""
-        densities = self._evaluations.log_densities(theta)
+        densities = self.evaluations.log_densities(theta)
         densities = np.logaddexp(densities, np.log(len(theta)) + proposal.log_density(theta))
         # Ten times as many as there are, whatever the limit: the part that all batches may drop then adds up to a fraction of it, for it grows by the logarithm.
         runs = 10 * (self._batches.asked + len(theta))
         evidence = min(emulation.log_evidence, emulation.log_evidence_of_runs)
         return np.log(MOST_DROPPED / runs) + evidence + self.space.log_volume + densities
 
-    def _look(self, first_look: FirstLook | None) -> tuple[tuple[Emulator, ...] | None, DefensiveMixture]:
+    def _first_look(self, first_look: FirstLook | None) -> tuple[tuple[Emulator, ...] | None, DefensiveMixture]:
         """Emulators of a first look, and the density of the first batch: all of the box where there was none."""
         if first_look is None:
             return None, DefensiveMixture(self.space)
-        first_look.check(self.space, self.kept)
         with threadpool_limits(1):
             return first_look.learn(self.space, self.kept, self.errors, self._rng("look", 0))
 
@@ -462,11 +428,11 @@ class PosteriorFilter(AskTellFilter):
         met = {}
         if self._settled:
             met["posterior_shift"] = (
-                f"what the emulator does not know moves means and spreads by {self._doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit as "
+                f"what the emulator does not know moves means and spreads by {self.doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit as "
                 "the posterior says"
             )
         met |= self._limits()
-        if self._iterations and not self._evaluations.usable.any():
+        if self._iterations and not self.evaluations.usable.any():
             return {"failures": f"all {self._batches.asked} evaluations failed"}
         return met
 
@@ -508,21 +474,10 @@ class PosteriorFilter(AskTellFilter):
         """The random numbers of one purpose and of the batch of this number."""
         return np.random.default_rng([self.seed, batch, sum(purpose.encode())])
 
-    def _check_size(self, discrepancy: bool | None) -> None:
-        """Raise InputError where the covariances of a reference that is not thinned would need more memory than is reasonable."""
-        for reference, siblings in zip(self.kept, self.siblings):
-            states, observables = reference.values.shape
-            needed = hypotheses(reference, discrepancy, siblings is not None) * (states * observables) ** 2 * 8 * COPIES
-            if needed > MOST_MEMORY:
-                raise InputError(
-                    f"filter.thin = false keeps all {states} rows of a reference with {observables} observable{'s' * (observables > 1)}, and the covariances of their errors would "
-                    f"need about {needed / 1e9:.0f} GB of memory, more than the {MOST_MEMORY / 1e9:g} GB allowed: leave filter.thin out, or give fewer rows."
-                )
-
-    def _check(self) -> None:
-        if not self.references:
+    def _check(self, references: Sequence[Reference]) -> None:
+        if not references:
             raise InputError("filter: at least one reference is needed.")
-        self.space.check_experiments(len(self.references))
+        self.space.check_experiments(len(references))
         for name in ("first_batch", "batch"):
             value = getattr(self, name)
             if name == "batch" and value is None:
@@ -531,8 +486,6 @@ class PosteriorFilter(AskTellFilter):
                 raise InputError(f"filter.{name} must be a whole number above 1, not {value!r}.")
         if isinstance(self.ahead, bool) or not isinstance(self.ahead, (int, np.integer)) or self.ahead < 0:
             raise InputError(f"filter.ahead must be a whole number, not negative, not {self.ahead!r}.")
-        if len(self.siblings) != len(self.references):
-            raise InputError(f"filter.siblings must have one entry for each of the {len(self.references)} references.")
         if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
             raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
         answer = REPLICATES if self.emulator else 0
@@ -543,10 +496,3 @@ class PosteriorFilter(AskTellFilter):
                 f"at least {self.first_batch + answer}, or a smaller filter.first_batch, was expected."
             )
 
-
-def _counted(reference: Reference, siblings: Siblings | None) -> float:
-    """How often the variance between packings is counted: for the mean of those that are run, and once more for the packing that a reference was simulated on, unless what runs scatter by, which is
-    added there, holds it already. A sand has none of its own."""
-    if siblings is None:
-        return 0.0
-    return 1 / siblings.own + (1.0 if reference.simulated and siblings.own == 1 else 0.0)

@@ -14,6 +14,9 @@ from threadpoolctl import threadpool_limits
 # Added to the diagonal, so that a covariance of nearly equal points can be factored.
 JITTER = 1e-10
 
+# The same, of what values may be beside those that are known, as a part of the variance: a difference of two covariances has lost digits.
+ROUNDING = 1e-7
+
 # Kernels are found by so many of the values at the most; all are predicted by.
 JUDGED_BY = 400
 
@@ -46,13 +49,13 @@ class Kernel(NamedTuple):
 class Process:
     """Values (N,) at points (N, n), by the most probable kernel."""
 
-    def __init__(self, unit: NDArray[np.float64], values: NDArray[np.float64], start: Kernel | None = None) -> None:
-        """start: a kernel to begin the search for the most probable one at. Values that are NaN are not known, and left out with their points."""
+    def __init__(self, unit: NDArray[np.float64], values: NDArray[np.float64], start: Kernel | None = None, known: Kernel | None = None) -> None:
+        """start: a kernel to begin the search for the most probable one at; known: that one, found before. Values that are NaN are not known, and left out with their points."""
         self._known = np.isfinite(values)
         self._unit, self.values = unit[self._known], values[self._known]
         judges = judged_by(len(self.values))
         with threadpool_limits(1):
-            self.kernel = _most_probable(self._unit[judges], self.values[judges], start)
+            self.kernel = known or _most_probable(self._unit[judges], self.values[judges], start)
             factor = _Factor(self.kernel, self._unit)
             self._solved = factor.solve(self.values)
             self._inverse = dtrtri(factor.lower, lower=1)[0]
@@ -72,8 +75,13 @@ class Process:
     def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """What the values without nugget may be at points (M, n), less their mean, together: (count, M)."""
         explained = self.kernel.covariance(unit, self._unit) @ self._inverse.T
-        values, vectors = np.linalg.eigh(self.kernel.covariance(unit, unit) - explained @ explained.T)
-        return rng.standard_normal((count, len(unit))) * np.sqrt(np.maximum(values, 0)) @ vectors.T
+        covariance = self.kernel.covariance(unit, unit) - explained @ explained.T
+        # Of points near to values that are known, or to one another, it is not positive definite but for roundings.
+        covariance[np.diag_indices(len(unit))] += ROUNDING * self.kernel.variance
+        lower, failed = dpotrf(covariance, lower=1, clean=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance of what values may be is not positive definite")
+        return rng.standard_normal((count, len(unit))) @ lower.T
 
     def held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """How far each value that is known is from its prediction by the others (N,), and the standard deviation of that, nugget included. Source: Rasmussen and Williams (2006), Eq. 5.12."""

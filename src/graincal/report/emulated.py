@@ -50,7 +50,7 @@ class Mode:
 
 def allows_discrepancy(result: Result) -> bool:
     """Whether the model may be unable to reproduce some test."""
-    return any(errors.discrepancies.any() for errors in result.filter.errors)
+    return any(errors.discrepancies.any() for errors in result.knowledge.errors)
 
 
 class Emulated:
@@ -64,7 +64,7 @@ class Emulated:
     @classmethod
     def of(cls, result: Result) -> Emulated | None:
         """None where the method is another, or nothing has been emulated."""
-        emulation = result.filter.emulation if result.has_posterior else None
+        emulation = result.emulation if result.has_posterior else None
         return cls(result, emulation) if emulation else None
 
     @cached_property
@@ -98,7 +98,7 @@ class Emulated:
         bands = []
         with threadpool_limits(1):
             for emulator, likelihood, errors, scatters, reference in zip(
-                self.emulation.emulators, self.emulation.likelihoods, self.result.filter.errors, self.result.filter.scatters, self.result.filter.kept
+                self.emulation.emulators, self.emulation.likelihoods, self.result.knowledge.errors, self.result.knowledge.scatters, self.result.knowledge.kept
             ):
                 names = reference.names
                 mean, variance = emulator.predict(unit)
@@ -151,12 +151,12 @@ class Emulated:
     @cached_property
     def without_packings(self) -> Posterior | None:
         """The posterior if all packings were alike; None where what they differ by is not known anyway."""
-        return self._without(packings=False) if any(self.result.filter.packings) else None
+        return self._without(packings=False) if any(self.result.knowledge.packings) else None
 
     def _without(self, **terms: bool) -> Posterior:
-        filter = self.result.filter
+        known = self.result.knowledge
         with threadpool_limits(1):
-            return under_other_errors(self.emulation, self.result.space, filter.kept, filter.scatters, filter.errors_if(**terms), np.random.default_rng(0))
+            return under_other_errors(self.emulation, self.result.space, known.kept, known.scatters, known.errors_if(**terms), np.random.default_rng(0))
 
     def expected_error(self) -> float:
         """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average.
@@ -164,7 +164,7 @@ class Emulated:
         That of a Gaussian is 0.80 standard deviations at each state.
         """
         errors, shares = [], []
-        for thinning, emulator, scatters in zip(self.result.filter.thinnings, self.emulation.emulators, self.result.filter.scatters):
+        for thinning, emulator, scatters in zip(self.result.knowledge.thinnings, self.emulation.emulators, self.result.knowledge.scatters):
             reference = thinning.whole
             scatter = np.diag(emulator.simulator) if scatters else np.zeros(thinning.kept.values.size)
             of_states = scatter.reshape(len(reference.names), -1)
@@ -184,13 +184,13 @@ class Emulated:
         return np.argmin(np.sum((unit[:, None] - centres) ** 2, axis=2), axis=1)
 
     def _shrinkage_by(self, number: int, name: str) -> NDArray[np.float64]:
-        both, emulator = self.result.filter.thinnings[number], self.emulation.emulators[number]
+        both, emulator = self.result.knowledge.thinnings[number], self.emulation.emulators[number]
         place, states = both.whole.names.index(name), len(both.kept.control)
         rows = slice(place * states, (place + 1) * states)
         # With the error that it has beside the others.
-        alone, errors = both.of_one(name, measurement_errors(both.whole)[place]), self.result.filter.errors[number]
+        alone, errors = both.of_one(name, measurement_errors(both.whole)[place]), self.result.knowledge.errors[number]
         errors = replace(errors, covariances=errors.covariances[:, rows, rows])
-        added = emulator.added(self.result.filter.scatters[number])[rows, rows]
+        added = emulator.added(self.result.knowledge.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(alone.kept, errors, emulator.centre[rows], emulator.basis[rows], added)
         space = self.result.space
         found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0), near=self.emulation.explored.proposal)

@@ -80,11 +80,6 @@ def doubts(result: Result, emulated: Emulated) -> tuple[str, ...]:
             f"The emulator is surer than it should be: {100 * emulation.coverage:.0f} % of held-out runs nearest to the reference lie in its {100 * PROBABILITY:.0f} % intervals. "
             "The posterior is too narrow."
         )
-    if result.learnt_again:
-        said.append(
-            f"This build of graincal would have made other evaluations than those of the campaign, which was begun with {result.provenance['graincal']}: it has learnt from them again, "
-            "and what it says is not to the digit what was said then."
-        )
     carrying = int(np.sum(emulation.weights > 0))
     if carrying >= MANY_RUNS and emulation.pareto_k > LARGEST_K:
         said.append(f"A few runs carry most of the weight (Pareto k = {emulation.pareto_k:.2g}, above {LARGEST_K:g}): the runs were not where the posterior is.")
@@ -183,16 +178,16 @@ def _unsettled(result: Result) -> str:
     """Why the posterior cannot be said to have settled, as a clause; nothing where it has, or ended for another reason than a limit."""
     if result.settled or result.stopped_by not in (None, "max_evaluations", "max_iterations"):
         return ""
-    filter, enough = result.filter, result.stop.posterior_shift
-    if filter.doubt is None or not filter.emulation.predicts:
+    known, enough = result.learnt[-1], result.stop.posterior_shift
+    if result.found is None or not result.found.predicts:
         return "the emulator predicts nothing by which to tell"
     if enough is False:
         return ""
-    if filter.doubt.most > enough:
-        return f"what the emulator does not know moves means and spreads by {filter.doubt.most:.2g} standard deviations, and {enough:g} is enough"
-    if not np.isfinite(filter.confirmed):
+    if known.doubt > enough:
+        return f"what the emulator does not know moves means and spreads by {known.doubt:.2g} standard deviations, and {enough:g} is enough"
+    if not np.isfinite(known.confirmed):
         return "fresh runs at draws from it, which would confirm it, were not made"
-    return f"fresh runs at draws from it left {filter.confirmed:.2g} times the probability there, or moved it"
+    return f"fresh runs at draws from it left {known.confirmed:.2g} times the probability there, or moved it"
 
 
 def _ridges(emulated: Emulated) -> str:
@@ -241,7 +236,7 @@ def _answer(result: Result, emulated: Emulated) -> str:
 
 def _causes(result: Result) -> str:
     """What keeps even the true parameters' responses away from the reference."""
-    return "Measurement errors and the scatter of runs" if any(result.filter.scatters) else "Measurement errors"
+    return "Measurement errors and the scatter of runs" if any(result.knowledge.scatters) else "Measurement errors"
 
 
 def _evidence(emulated: Emulated) -> str:
@@ -261,7 +256,7 @@ def _of_runs(emulated: Emulated) -> str:
     carried = emulation.effective_sample_size
     if carried < FEW:
         return ""
-    theta = emulated.result.filter.evaluations.theta[: len(emulation.weights)]
+    theta = emulated.result.knowledge.evaluations.theta[: len(emulation.weights)]
     apart = np.max(np.abs(emulation.weights @ theta - posterior.mean()) / posterior.std())
     return f"By the weights of the runs, worth {carried:.0f} of equal weight, log p(reference) is {emulation.log_evidence_of_runs:.2f}, and means are at most {apart:.2g} sd from the posterior's. "
 
@@ -291,11 +286,11 @@ def _conditions(result: Result) -> list[str]:
     """What the posterior takes for granted."""
     said = []
     for number, packings in ((1, ("this packing", "one packing")), (2, ("these two packings", "two"))):
-        names = [each.name for each, known in zip(result.experiments, result.filter.packings) if isinstance(each.model, StressPathTest) and not known and len(each.model.packings) == number]
+        names = [each.name for each, known in zip(result.experiments, result.knowledge.packings) if isinstance(each.model, StressPathTest) and not known and len(each.model.packings) == number]
         if names:
             of = f" in {_listed(names)}" if len(result.experiments) > 1 else ""
             said.append(f"It is conditional on {packings[0]}{of}: another of the same grading and void ratio would move the parameters, by how much {packings[1]} cannot tell.")
-    for each, scatter in zip(result.experiments, result.filter.packings):
+    for each, scatter in zip(result.experiments, result.knowledge.packings):
         if scatter is not None and scatter.apart > UNLIKE:
             said.append(
                 f"The packing of {each.name} is not like its {scatter.packings} siblings: {scatter.apart:.2g} times as far from their mean as one more of them would be (in the mean over the states). "

@@ -1,0 +1,77 @@
+"""What a look at the evaluations found, as bytes for the store: NumPy's .npz format, with every bit; nothing in it is executed."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import ParameterSpace
+from graincal.inference.defensive import DefensiveMixture
+from graincal.inference.doubt import Doubt
+from graincal.inference.emulation import Found
+from graincal.inference.emulator import Kernels
+from graincal.inference.explore import Explored
+from graincal.inference.process import Kernel
+from graincal.inference.proposal import TruncatedMixture
+
+_EXPLORED = ("theta", "log_weights", "log_likelihood", "log_evidence", "log_evidence_std", "tempered")
+_MIXTURE = ("weights", "means", "covariances")
+_DOUBT = ("means", "spreads", "log_evidence")
+_FIGURES = ("answer", "held_out", "of_mean", "coverage", "weights", "pareto_k", "log_evidence_of_runs", "dropped")
+
+Arrays = Mapping[str, NDArray]
+
+
+def pack_look(found: Found) -> bytes:
+    """What was found, as bytes."""
+    proposal = found.explored.proposal
+    arrays = _named(found, _FIGURES, "") | _named(found.explored, _EXPLORED, "explored.") | _named(found.doubt, _DOUBT, "doubt.")
+    arrays["proposal.prior_share"] = np.asarray(proposal.prior_share)
+    if proposal.mixture is not None:
+        arrays |= _named(proposal.mixture, _MIXTURE, "proposal.")
+    arrays |= _packed(found.kernels, "kernels") | _packed(found.cheaper, "cheaper")
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def unpack_look(blob: bytes, space: ParameterSpace) -> Found:
+    """What `pack_look` made bytes of, of parameters in this space."""
+    with np.load(io.BytesIO(blob), allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    mixture = TruncatedMixture(space, **_read(arrays, _MIXTURE, "proposal.")) if "proposal.weights" in arrays else None
+    proposal = DefensiveMixture(space, mixture, float(arrays["proposal.prior_share"]))
+    figures = _read(arrays, _FIGURES, "")
+    figures |= {name: tuple(map(float, figures[name])) for name in ("held_out", "of_mean")}
+    return Found(
+        explored=Explored(proposal=proposal, **_read(arrays, _EXPLORED, "explored.")),
+        doubt=Doubt(**_read(arrays, _DOUBT, "doubt.")),
+        kernels=_unpacked(arrays, "kernels"),
+        cheaper=_unpacked(arrays, "cheaper"),
+        **figures,
+    )
+
+
+def _named(holder: object, names: Sequence[str], prefix: str) -> dict[str, NDArray]:
+    return {prefix + name: np.asarray(getattr(holder, name)) for name in names}
+
+
+def _read(arrays: Arrays, names: Sequence[str], prefix: str) -> dict[str, object]:
+    """The arrays of these names, and plain numbers for those that are one."""
+    return {name: array if array.ndim else array.item() for name in names for array in [arrays[prefix + name]]}
+
+
+def _packed(every: Sequence[Kernels], name: str) -> dict[str, NDArray]:
+    """The powers of each emulator, and a row for each of its kernels: variance, lengths and nugget."""
+    packed = {f"{name}.{number}.powers": each.powers for number, each in enumerate(every)}
+    return packed | {f"{name}.{number}.rows": np.array([[kernel.variance, *kernel.lengths, kernel.nugget] for kernel in each.kernels]) for number, each in enumerate(every)}
+
+
+def _unpacked(arrays: Arrays, name: str) -> tuple[Kernels, ...]:
+    count = sum(key.startswith(f"{name}.") and key.endswith(".powers") for key in arrays)
+    return tuple(
+        Kernels(arrays[f"{name}.{number}.powers"], tuple(Kernel(float(row[0]), row[1:-1], float(row[-1])) for row in arrays[f"{name}.{number}.rows"])) for number in range(count)
+    )
