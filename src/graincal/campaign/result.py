@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -174,6 +174,16 @@ class Result:
             return None
         with threadpool_limits(1):
             return self.knowledge.recall(self.found)
+
+    def derived(self, name: str, compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Numbers that take long to compute of what the last look found: those that are stored, or else computed by one thread and stored."""
+        evaluations = len(self.found.weights)
+        known = self._store.derived(name, evaluations)
+        if known is None:
+            with threadpool_limits(1):
+                known = compute()
+            self._store.keep_derived(name, evaluations, known)
+        return known
 
     @property
     def has_posterior(self) -> bool:

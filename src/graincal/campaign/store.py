@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from datetime import datetime, timezone
 from functools import cached_property
 from importlib.metadata import version
@@ -54,6 +54,7 @@ CREATE TABLE iteration (
 );
 CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
 CREATE TABLE look (evaluations INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, found BLOB NOT NULL);
+CREATE TABLE derived (name TEXT, evaluations INTEGER, array BLOB NOT NULL, PRIMARY KEY (name, evaluations)) WITHOUT ROWID;
 """
 
 
@@ -270,6 +271,16 @@ class Store:
         rows = self._rows(f"SELECT found FROM look {chosen}", *arguments)
         return unpack_look(rows[0][0], self.calibration.space) if rows else None
 
+    def derived(self, name: str, evaluations: int) -> NDArray | None:
+        """Numbers that were computed of what a look at so many evaluations found; None where they were not."""
+        rows = self._rows("SELECT array FROM derived WHERE name = ? AND evaluations = ?", name, evaluations)
+        return unpack_array(rows[0][0]) if rows else None
+
+    def keep_derived(self, name: str, evaluations: int, array: NDArray) -> None:
+        """Keep such numbers, where the store can be written: they can be computed again."""
+        with suppress(FolderError), self._transaction() as db:
+            db.execute("INSERT OR REPLACE INTO derived VALUES (?, ?, ?)", (name, evaluations, pack_array(array)))
+
     def stop(self, by: str, because: str) -> None:
         """Keep why the calibration is at its end."""
         with self._transaction() as db:
@@ -287,6 +298,7 @@ class Store:
             db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta.items())
             db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
             db.execute("DELETE FROM evaluation WHERE sample IN (SELECT id FROM sample WHERE iteration >= ?)", (iterations,))
+            db.execute("DELETE FROM derived WHERE evaluations IN (SELECT evaluations FROM look WHERE iteration >= ?)", (iterations,))
             for table, column in {"sample": "iteration", "iteration": "id", "learnt": "iteration", "look": "iteration"}.items():
                 db.execute(f"DELETE FROM {table} WHERE {column} >= ?", (iterations,))
         self._forget()

@@ -120,8 +120,7 @@ class Emulated:
         pairs = [(number, name) for number, experiment in enumerate(self.result.experiments) for name in experiment.reference.names]
         if not 1 < len(pairs) <= _MOST_ALONE:
             return {}
-        with threadpool_limits(1):
-            return {pair: self._shrinkage_by(*pair) for pair in pairs}
+        return {(number, name): self.result.derived(f"{name} alone, {number}", lambda: self._shrinkage_by(number, name)) for number, name in pairs}
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
@@ -154,9 +153,16 @@ class Emulated:
         return self._without(packings=False) if any(self.result.knowledge.packings) else None
 
     def _without(self, **terms: bool) -> Posterior:
-        known = self.result.knowledge
-        with threadpool_limits(1):
-            return under_other_errors(self.emulation, self.result.space, known.kept, known.scatters, known.errors_if(**terms), np.random.default_rng(0))
+        space = self.result.space
+
+        def found() -> NDArray[np.float64]:
+            """A row for each sample: its weight and its parameters."""
+            known = self.result.knowledge
+            posterior = under_other_errors(self.emulation, space, known.kept, known.scatters, known.errors_if(**terms), np.random.default_rng(0))
+            return np.column_stack([posterior.weights, posterior.samples])
+
+        rows = self.result.derived(f"without {', '.join(terms)}", found)
+        return Posterior(space.names, rows[:, 1:], rows[:, 0])
 
     def expected_error(self) -> float:
         """The error ε (Eq. 6), percent, that measurement errors, and the scatter of runs where it counts, lead to on average.
