@@ -20,7 +20,7 @@ from graincal.inference.proposal import TruncatedMixture
 _EXPLORED = ("theta", "log_weights", "log_likelihood", "log_evidence", "log_evidence_std", "tempered")
 _MIXTURE = ("weights", "means", "covariances")
 _DOUBT = ("means", "spreads", "log_evidence")
-_FIGURES = ("answer", "held_out", "of_mean", "coverage", "weights", "pareto_k", "log_evidence_of_runs", "dropped")
+_FIGURES = ("answer", "held_out", "of_mean", "coverage", "weights", "pareto_k", "log_evidence_of_runs", "dropped", "lost")
 
 Arrays = Mapping[str, NDArray]
 
@@ -33,6 +33,7 @@ def pack_look(found: Found) -> bytes:
     if proposal.mixture is not None:
         arrays |= _named(proposal.mixture, _MIXTURE, "proposal.")
     arrays |= _packed(found.kernels, "kernels") | _packed(found.cheaper, "cheaper")
+    arrays["impossible"] = _rows(found.of_impossible)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     return buffer.getvalue()
@@ -51,6 +52,7 @@ def unpack_look(blob: bytes, space: ParameterSpace) -> Found:
         doubt=Doubt(**_read(arrays, _DOUBT, "doubt.")),
         kernels=_unpacked(arrays, "kernels"),
         cheaper=_unpacked(arrays, "cheaper"),
+        of_impossible=_kernels(arrays["impossible"]),
         **figures,
     )
 
@@ -65,13 +67,19 @@ def _read(arrays: Arrays, names: Sequence[str], prefix: str) -> dict[str, object
 
 
 def _packed(every: Sequence[Kernels], name: str) -> dict[str, NDArray]:
-    """The powers of each emulator, and a row for each of its kernels: variance, lengths and nugget."""
-    packed = {f"{name}.{number}.powers": each.powers for number, each in enumerate(every)}
-    return packed | {f"{name}.{number}.rows": np.array([[kernel.variance, *kernel.lengths, kernel.nugget] for kernel in each.kernels]) for number, each in enumerate(every)}
+    """The powers of each emulator, and its kernels."""
+    return {f"{name}.{number}.{what}": array for number, each in enumerate(every) for what, array in (("powers", each.powers), ("rows", _rows(each.kernels)))}
 
 
 def _unpacked(arrays: Arrays, name: str) -> tuple[Kernels, ...]:
     count = sum(key.startswith(f"{name}.") and key.endswith(".powers") for key in arrays)
-    return tuple(
-        Kernels(arrays[f"{name}.{number}.powers"], tuple(Kernel(float(row[0]), row[1:-1], float(row[-1])) for row in arrays[f"{name}.{number}.rows"])) for number in range(count)
-    )
+    return tuple(Kernels(arrays[f"{name}.{number}.powers"], _kernels(arrays[f"{name}.{number}.rows"])) for number in range(count))
+
+
+def _rows(kernels: Sequence[Kernel]) -> NDArray[np.float64]:
+    """A row for each: variance, lengths and nugget."""
+    return np.array([[kernel.variance, *kernel.lengths, kernel.nugget] for kernel in kernels])
+
+
+def _kernels(rows: NDArray[np.float64]) -> tuple[Kernel, ...]:
+    return tuple(Kernel(float(row[0]), row[1:-1], float(row[-1])) for row in rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from graincal.data import ParameterSpace, Reference
+from graincal.inference.chance import Chance, chance
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.doubt import SAMPLES, Doubt, doubt
 from graincal.inference.early_stop import FirstStates, bounds
@@ -22,6 +23,7 @@ from graincal.inference.explore import Explored, explore
 from graincal.inference.importance import log_evidence, normalised, pareto_k
 from graincal.inference.likelihood import ReducedLikelihood, log_likelihood, marginal
 from graincal.inference.posterior import Posterior
+from graincal.inference.process import Kernel
 from graincal.inference.proposal import systematic_resampling
 
 # An emulator is asked how it does near the posterior; every evaluation counts there a little, so that there is an answer when none carries weight.
@@ -45,7 +47,8 @@ class Found:
     weights (N,): of the evaluations themselves, zero where they carry none;
     effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
     the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
-    posterior's probability that evaluations which were stopped hold at most. doubt: how much what the emulators do not know may move it. kernels (E,): those of the emulators, and cheaper, of a first look's where there was one.
+    posterior's probability that evaluations which were stopped hold at most. doubt: how much what the emulators do not know may move it. kernels (E,): those of the emulators, and cheaper, of a first look's where there was one. lost: the part of the posterior's
+    probability that lies where runs fail for another reason than that parameters are infeasible. of_impossible: the kernel of the chance of that, or none.
     """
 
     explored: Explored
@@ -58,8 +61,10 @@ class Found:
     log_evidence_of_runs: float
     dropped: float
     doubt: Doubt
+    lost: float
     kernels: tuple[Kernels, ...]
     cheaper: tuple[Kernels, ...]
+    of_impossible: tuple[Kernel, ...]
 
     @cached_property
     def posterior(self) -> Posterior:
@@ -89,15 +94,17 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Emulation(Found):
-    """The emulated posterior: what was found, the emulators (E,) that it was found by, and the likelihoods of what each predicts and of the first states of a run."""
+    """The emulated posterior: what was found, the emulators (E,) that it was found by, the likelihoods of what each predicts and of the first states of a run,
+    and the chance that parameters are infeasible; None for the latter where none or all were."""
 
     emulators: tuple[Emulator, ...]
     likelihoods: tuple[ReducedLikelihood, ...]
     first_states: tuple[FirstStates, ...]
+    impossible: Chance | None
 
-    def log_likelihood(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The emulated log likelihood (M,) at points (M, n) of the unit cube."""
-        return emulated_log_likelihood(self.likelihoods, self.emulators, unit)
+    def log_likelihood(self, unit: NDArray[np.float64], likelihoods: Sequence[ReducedLikelihood] | None = None) -> NDArray[np.float64]:
+        """The emulated log likelihood (M,) at points (M, n) of the unit cube, the chance that these are infeasible included. likelihoods: others, of the same emulators."""
+        return _emulated(likelihoods or self.likelihoods, self.emulators, self.impossible, unit)
 
     @property
     def found(self) -> Found:
@@ -126,9 +133,10 @@ def emulate(
     ]
     emulators, likelihoods, first_states = zip(*learnt)
     unit, space = evaluations.unit, evaluations.space
+    impossible = _impossible(evaluations)
 
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return emulated_log_likelihood(likelihoods, emulators, points)
+        return _emulated(likelihoods, emulators, impossible, points)
 
     strict = likelihoods
     if of_measurement is not None:
@@ -138,9 +146,11 @@ def emulate(
         ]
 
     def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(strict, emulators))
+        logs = sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(strict, emulators))
+        return logs if impossible is None else logs + impossible.log_of_none(points)
 
     explored = explore(space, emulated, rng, near=before.explored.proposal if before else near, thorough=thorough or before is None)
+    explored, lost = _where_runs_succeed(explored, evaluations, rng)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
     # And one that was stopped with as much as it can have at most, although the emulator says less.
@@ -169,11 +179,14 @@ def emulate(
         log_evidence_of_runs=of_runs,
         dropped=float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / max(drawn, 1)),
         doubt=doubt(space.to_unit(explored.theta[drawn_again]), explored.log_evidence, emulators, likelihoods, rng),
+        lost=lost,
         kernels=tuple(emulator.kernels for emulator in emulators),
         cheaper=tuple(emulator.kernels for emulator in cheaper or ()),
+        of_impossible=() if impossible is None else (impossible.kernel,),
         emulators=emulators,
         likelihoods=likelihoods,
         first_states=first_states,
+        impossible=impossible,
     )
 
 
@@ -191,7 +204,33 @@ def recall(
         for number, (reference, model, scatter, kernels) in enumerate(zip(references, errors, scatters, found.kernels))
     ]
     emulators, likelihoods, first_states = zip(*learnt)
-    return Emulation(**_figures(found), emulators=emulators, likelihoods=likelihoods, first_states=first_states)
+    return Emulation(**_figures(found), emulators=emulators, likelihoods=likelihoods, first_states=first_states, impossible=_impossible(evaluations, *found.of_impossible))
+
+
+def _emulated(
+    likelihoods: Sequence[ReducedLikelihood], emulators: Sequence[Emulator], impossible: Chance | None, unit: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    logs = emulated_log_likelihood(likelihoods, emulators, unit)
+    return logs if impossible is None else logs + impossible.log_of_none(unit)
+
+
+def _impossible(evaluations: Evaluations, known: Kernel | None = None) -> Chance | None:
+    """The chance that parameters are infeasible; an evaluation that failed for another reason tells nothing of it."""
+    told = ~evaluations.missing
+    return chance(evaluations.unit[told], evaluations.infeasible[told], known)
+
+
+def _where_runs_succeed(explored: Explored, evaluations: Evaluations, rng: np.random.Generator) -> tuple[Explored, float]:
+    """The same with a proposal for the next runs that leaves out where runs fail, for another reason than that parameters are infeasible; and how much of the probability lies there."""
+    told = ~evaluations.infeasible
+    fails = chance(evaluations.unit[told], evaluations.missing[told])
+    if fails is None:
+        return explored, 0.0
+    space = evaluations.space
+    chances = fails.of(space.to_unit(explored.theta))
+    succeeding = explored.weights * (1 - chances)
+    proposal = DefensiveMixture.fitted(space, explored.theta, succeeding / succeeding.sum(), rng)
+    return replace(explored, proposal=proposal), float(explored.weights @ chances)
 
 
 def _figures(found: Found) -> dict[str, Any]:

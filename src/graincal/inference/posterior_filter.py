@@ -47,6 +47,9 @@ GROWTH = 0.25
 # An emulator that is more careful than it need be is proved right by more; one that holds places possible that are not, by less.
 FRESH, CONFIRMED, MOVED = 20, (0.5, 3.0), 2.0
 
+# Of the posterior's probability, what may lie where runs fail by a limit or for the machine's fault, for it to be known.
+MOST_LOST = 0.5
+
 # Evaluations up to which each look tempers anew.
 FEW = 200
 
@@ -306,9 +309,9 @@ class PosteriorFilter(AskTellFilter):
 
     @property
     def _calm(self) -> bool:
-        """Whether what the emulators do not know moves the posterior by little."""
-        enough = self.stop.posterior_shift
-        return enough is not False and self.emulation is not None and self.emulation.predicts and self.doubt.most <= enough
+        """Whether what the emulators do not know moves the posterior by little, and most of it lies where runs succeed."""
+        enough, found = self.stop.posterior_shift, self.emulation
+        return enough is not False and found is not None and found.predicts and found.doubt.most <= enough and found.lost <= MOST_LOST
 
     def _confirm(self, batch: Batch, before: Emulation) -> None:
         """Whether fresh runs at draws from the posterior fit as it said."""

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from graincal.data import ParameterSpace, Reference
 from graincal.inference.emulation import Emulation
-from graincal.inference.emulator import emulated_log_likelihood
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
@@ -32,5 +31,5 @@ def under_other_errors(
         ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter))
         for reference, model, scatter, emulator in zip(references, errors, scatters, emulation.emulators)
     ]
-    found = explore(space, lambda unit: emulated_log_likelihood(likelihoods, emulation.emulators, unit), rng, near=emulation.explored.proposal)
+    found = explore(space, lambda unit: emulation.log_likelihood(unit, likelihoods), rng, near=emulation.explored.proposal)
     return Posterior(space.names, found.theta, found.weights)
