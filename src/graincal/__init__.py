@@ -6,7 +6,7 @@ from graincal.data import Failure, InputError, MeasurementError, ParameterSpace,
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.campaign import Experiment, FolderError, Result, calibrate, predict, resume
+    from graincal.campaign import Experiment, FolderError, Result, calibrate, explore, predict, resume
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop
@@ -38,6 +38,7 @@ __all__ = [
     "TriaxialTest",
     "UndrainedTest",
     "calibrate",
+    "explore",
     "predict",
     "resume",
 ]
@@ -50,7 +51,7 @@ def __dir__() -> list[str]:
 _find = exported(
     __name__,
     {
-        "graincal.campaign": ["Experiment", "FolderError", "Result", "calibrate", "predict", "resume"],
+        "graincal.campaign": ["Experiment", "FolderError", "Result", "calibrate", "explore", "predict", "resume"],
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop"],

@@ -7,19 +7,21 @@ from graincal.lazily import exported
 if TYPE_CHECKING:
     from graincal.campaign.calibration import Calibration
     from graincal.campaign.experiment import Experiment, Model
+    from graincal.campaign.library import explore
     from graincal.campaign.listener import Listener
     from graincal.campaign.prediction import Prediction, predict
     from graincal.campaign.result import Answer, Candidate, Result
     from graincal.campaign.running import begin, calibrate, resume
     from graincal.campaign.trouble import FolderError
 
-__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Result", "begin", "calibrate", "predict", "resume"]
+__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Result", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
     {
         "graincal.campaign.calibration": ["Calibration"],
         "graincal.campaign.experiment": ["Experiment", "Model"],
+        "graincal.campaign.library": ["explore"],
         "graincal.campaign.listener": ["Listener"],
         "graincal.campaign.prediction": ["Prediction", "predict"],
         "graincal.campaign.result": ["Answer", "Candidate", "Result"],

@@ -18,6 +18,7 @@ from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter,
 from graincal.inference.emulation import Found
 from graincal.inference.first_look import FirstLook
 from graincal.inference.knowledge import Knowledge
+from graincal.inference.known_runs import KnownRuns
 from graincal.inference.packings import Siblings
 from graincal.laboratory.quantities import did_you_mean_observable
 from graincal.models import StressPathTest
@@ -55,7 +56,7 @@ class Calibration:
     what is found. source: the text of the calibration file, if there is one. truth: parameters whose values are known, as those of a synthetic reference;
     nothing is found by them, and the report shows them beside what is; of a parameter with a value for each experiment, either all or one of them. file: the path of the calibration file from the root, if there is one.
     first_look: evaluations of cheaper models to begin with, by the method "posterior". look: the calibration by cheaper models that makes them, which is run
-    first where they are not there yet.
+    first where they are not there yet. known: runs of the same models that were made before (`runs.known_runs`), by the method "posterior".
     """
 
     space: ParameterSpace
@@ -70,6 +71,7 @@ class Calibration:
     file: str = ""
     first_look: FirstLook | None = None
     look: Calibration | None = None
+    known: KnownRuns | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -136,13 +138,13 @@ class Calibration:
 
     def new_filter(self, looks: Callable[[int], Found | None] | None = None) -> Filter:
         """The filter before its first sample. looks: what was found by looks at so many evaluations, by the method "posterior"."""
-        options = {"first_look": self.first_look} if self.first_look else {}
-        return self._filter(**options, **({"looks": looks} if looks and self.method == POSTERIOR else {}))
+        options = {"first_look": self.first_look, "looks": looks} if self.method == POSTERIOR else {}
+        return self._filter(**options)
 
     def new_knowledge(self) -> Knowledge:
         """What is known before the first evaluation, by the method "posterior"."""
         options = {name: self.filter_options[name] for name in ("thin", *self.error_options) if name in self.filter_options}
-        return Knowledge(self.space, self._references, siblings=self._siblings, first_look=self.first_look, **options)
+        return Knowledge(self.space, self._references, siblings=self._siblings, first_look=self.first_look, known=self.known, **options)
 
     def blank_filter(self) -> Filter:
         """The filter as it would be without its first look, from which it takes seconds to learn: for its settings."""
@@ -152,7 +154,7 @@ class Calibration:
         options |= self.decided_options
         options.pop("packing_scatter", None)
         if self.method == POSTERIOR:
-            options["siblings"] = self._siblings
+            options |= {"siblings": self._siblings, "known": self.known}
         return METHODS[self.method](self.space, self._references, stop=self.stop, seed=self.seed, **options)
 
     @property
@@ -179,6 +181,8 @@ class Calibration:
         options, this = FILTER_OPTIONS[self.method], _named(self.method)
         if (self.first_look is not None or self.look is not None) and self.method != POSTERIOR:
             raise InputError(f'{"filter.first_look" if self.look is None else "first_look"} is an option of method = "{POSTERIOR}", and with {this} one of {", ".join(options)} was expected.')
+        if self.known is not None and self.method != POSTERIOR:
+            raise InputError(f'filter.runs is an option of method = "{POSTERIOR}", and with {this} one of {", ".join(options)} was expected.')
         for name in sorted(set(self.filter_options) - set(options)):
             if others := [method for method in METHODS if name in FILTER_OPTIONS[method]]:
                 raise InputError(f'filter.{name} is an option of method = "{others[0]}", and with {this} one of {", ".join(options)} was expected.')

@@ -68,7 +68,7 @@ class Campaign:
                 self._evaluate_ahead(index, filter.under_way, filter.early_stops, workers)
             else:
                 self.store.ask(index, samples, len(self.calibration.experiments))
-                self._evaluate(index, samples, filter.early_stops[0])
+                self.evaluate(index, samples, filter.early_stops[0])
             tell(filter, samples, self.store, self.calibration.experiments)
             if isinstance(filter, PosteriorFilter) and filter.places is not None:
                 study_packings(filter, self.calibration, self.store, self.listeners)
@@ -88,7 +88,7 @@ class Campaign:
             listener.stops(filter.stopped_by, filter.stopped_because)
         return Result(self.store, self.calibration)
 
-    def _evaluate(self, iteration: int, samples: Samples, early_stop: EarlyStop | None) -> None:
+    def evaluate(self, iteration: int, samples: Samples, early_stop: EarlyStop | None = None) -> None:
         """Evaluate what is waiting, one experiment after the other; a sample that fails or is stopped in one is left out of the next."""
         for number, experiment in enumerate(self.calibration.experiments):
             waiting = samples.take(np.isin(samples.ids, self.store.waiting(iteration, number)))

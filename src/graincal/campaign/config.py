@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -13,6 +14,8 @@ from pydantic import BeforeValidator, Field, ValidationError, field_validator, m
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.first_look import read_first_look
+from graincal.campaign.library import no_reference
+from graincal.campaign.runs import known_runs
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
@@ -162,7 +165,7 @@ MODELS: dict[str, type[Section]] = dict.fromkeys(TESTS, StressPathModel) | {"tab
 
 class ExperimentEntry(Section):
     name: str = Field(min_length=1, description="text")
-    reference: ReferenceFile = Field(description="the name of a laboratory file, or a table [experiment.reference]")
+    reference: ReferenceFile | None = Field(None, description="the name of a laboratory file, or a table [experiment.reference]")
     control: str = Field("axial_strain", description="the name of the control variable")
     observables: dict[str, Observable] = Field(min_length=1, description="a table such as { stress_ratio = { variance_share = 0.5 } }")
     model: StressPathModel | FunctionModel = Field(description=f"a table whose kind is one of {', '.join(MODELS)}")
@@ -190,18 +193,21 @@ class ExperimentEntry(Section):
             raise mistake(f" have a variance_share for some, and one for {', '.join(without)} too was expected")
         return observables
 
-    def build(self, folder: Path) -> Experiment:
-        """The experiment that is described, with its reference and packing read."""
+    def build(self, folder: Path, to: float | None = None) -> Experiment:
+        """The experiment that is described, with its reference and packing read; or for no reference, to the control value `to`."""
         try:
             model = self.model.build(folder, self.control)
             # Before the file is read, whose columns would be blamed for what is no observable.
             check_observables(model, tuple(self.observables))
-            return Experiment(self.name, model, self.read_reference(folder))
+            reference = self.read_reference(folder) if to is None else no_reference(to, tuple(self.observables), self.control)
+            return Experiment(self.name, model, reference)
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
 
     def read_reference(self, folder: Path) -> Reference:
         """The reference that is described."""
+        if self.reference is None:
+            raise InputError("it has no reference, and the name of a laboratory file, or a table [experiment.reference], was expected.")
         options = self.reference.given("file")
         if self.model.kind == TriaxialTest.kind:  # on other paths the lateral stress changes
             options.setdefault("confining_pressure", self.model.confining_pressure)
@@ -228,6 +234,7 @@ class FilterSection(Section):
     discrepancy: bool | None = Field(None, description="true or false")
     packing_scatter: bool = Field(True, description="true or false")
     first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
+    runs: list[str] | None = Field(None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]')
 
 
 class LookSection(Section):
@@ -248,6 +255,7 @@ class LookSection(Section):
             stop=Stop(posterior_shift=False, max_iterations=False, max_evaluations=most),
             source="",
             truth={},
+            known=None,
         )
 
     def _cheaper(self, experiment: Experiment, entry: ExperimentEntry, folder: Path) -> Experiment:
@@ -296,15 +304,17 @@ class CalibrationFile(Section):
     run: RunSection = Field(RunSection(), description="a table [run]")
 
 
-def read_calibration(path: str | Path) -> Calibration:
+def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), to: float | None = None) -> Calibration:
     """Read a calibration file and all that it names, and check that it can be calibrated.
+
+    more_runs: folders beside those under `runs`. to: without references, up to this control value (`library.no_reference`).
 
     Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected.
     """
     path = Path(path)
     file, source = _read(path)
     try:
-        return replace(_build(file, path.parent, source), file=str(_from_root(path))).check()
+        return replace(_build(file, path.parent, source, more_runs, to), file=str(_from_root(path))).check()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -344,7 +354,7 @@ def _from_root(path: Path) -> Path:
     return Path(os.path.abspath(path))
 
 
-def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
+def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence[Path] = (), to: float | None = None) -> Calibration:
     parameters = file.parameters.items()
     space = ParameterSpace(
         {name: entry.range for name, entry in parameters},
@@ -356,14 +366,19 @@ def _build(file: CalibrationFile, folder: Path, source: str) -> Calibration:
         refuse_criteria(file.filter.method, file.stop.given())
     calibration = Calibration(
         space,
-        [entry.build(folder) for entry in file.experiment],
+        [entry.build(folder, to) for entry in file.experiment],
         file.filter.method,
-        file.filter.given("method", "first_look"),
+        file.filter.given("method", "first_look", "runs"),
         Stop(**file.stop.given()),
         file.run.seed,
         file.run.workers,
         source,
     )
+    if to is None and (runs := (*(_from_root(folder / each) for each in file.filter.runs or ()), *more_runs)):
+        try:
+            calibration = replace(calibration, known=known_runs(runs, calibration.check()))
+        except InputError as error:
+            raise InputError(f"filter.runs: {error}") from error
     if file.filter.first_look and file.first_look:
         raise InputError("filter.first_look names a first look that was taken, and first_look asks for one; one of them was expected.")
     if look := file.filter.first_look:

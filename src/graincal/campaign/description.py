@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.inference import Stop
 from graincal.inference.first_look import FirstLook
+from graincal.inference.known_runs import KnownRuns
 from graincal.models import TESTS, PythonModel, TableTest
 
 
@@ -25,7 +27,7 @@ def describe(calibration: Calibration) -> dict[str, Any]:
     return {
         "parameters": _describe_parameters(calibration.space),
         "experiments": [
-            {"name": experiment.name, "reference": _describe_reference(experiment.reference), "model": _describe_model(experiment.model)}
+            {"name": experiment.name, "reference": _describe_reference(experiment.reference), "model": describe_model(experiment.model)}
             for experiment in calibration.experiments
         ],
         "method": calibration.method,
@@ -35,6 +37,7 @@ def describe(calibration: Calibration) -> dict[str, Any]:
         # Left out where there is none, as it is in campaigns of before there could be one.
         **({"first_look": describe_first_look(calibration.first_look)} if calibration.first_look else {}),
         **({"look": describe(calibration.look)} if calibration.look else {}),
+        **({"known": _describe_known(calibration.known)} if calibration.known else {}),
     }
 
 
@@ -118,6 +121,12 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
     )
 
 
+def _describe_known(runs: KnownRuns) -> dict[str, Any]:
+    """By a digest of all their numbers, which a store keeps beside."""
+    digest = hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in (runs.theta, *runs.responses, runs.infeasible, runs.missing))).hexdigest()
+    return {"count": len(runs), "digest": digest, "sources": list(runs.sources)}
+
+
 def describe_first_look(look: FirstLook) -> dict[str, Any]:
     return {"theta": look.theta.tolist(), "responses": [responses.tolist() for responses in look.responses]}
 
@@ -130,7 +139,8 @@ def _restore_packing(described: Mapping[str, Any]) -> Packing:
     return Packing(**{name: np.array(value) if name != "name" else value for name, value in described.items()})
 
 
-def _describe_model(model: Model) -> dict[str, Any]:
+def describe_model(model: Model) -> dict[str, Any]:
+    """What its runs depend on."""
     if type(model) is TESTS.get(getattr(model, "kind", None)):
         described = {
             "kind": model.kind,

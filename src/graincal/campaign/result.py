@@ -81,6 +81,8 @@ class Result:
         self.stopped_because = store.meta("stopped_because")
         self.iterations = store.iterations()
         self.learnt: tuple[Learnt, ...] = store.learnt()
+        if store.is_library:
+            raise InputError(f"{store.folder}: this is a library of runs for no reference, which has no result; calibrations learn from it, by runs under [filter] or by --runs.")
         if not self.iterations:
             raise InputError(f"{store.folder or 'the campaign'}: no {round_of(calibration.method)} is complete yet, so there is no result.")
         self.ids = np.concatenate([iteration.samples.ids for iteration in self.iterations])

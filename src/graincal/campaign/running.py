@@ -20,6 +20,7 @@ from graincal.campaign.listener import Listener
 from graincal.campaign.log import Log
 from graincal.campaign.provenance import differences, provenance
 from graincal.campaign.result import Result
+from graincal.campaign.runs import known_runs
 from graincal.campaign.store import Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
@@ -43,6 +44,7 @@ def calibrate(
     stop: Stop = Stop(),
     truth: Mapping[str, float] | None = None,
     first_look: Result | str | Path | None = None,
+    runs: Sequence[str | Path] = (),
     **filter_options: Any,
 ) -> Result:
     """Calibrate a model against a reference, or several experiments at once.
@@ -57,6 +59,7 @@ def calibrate(
     for the report to show; with a value in each experiment, by `strength` for all or `strength (0.5 MPa)` for one. filter_options: first_batch, batch,
     ahead, early_stop, thin, correlation_length, discrepancy (see `PosteriorFilter`), packing_scatter (whether what packings differ by is found out); by the other methods alpha, effective_sample_size, scale, covariance, thin
     (see `IterativeBayesianFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
+    runs: with "posterior", the folders of campaigns and of libraries (`explore`) on the same models, to learn from (`graincal.campaign.runs.known_runs`).
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):
@@ -73,6 +76,8 @@ def calibrate(
     if first_look is not None:
         look = first_look if isinstance(first_look, Result) else Result.read(first_look)
         calibration = replace(calibration, first_look=first_look_of(look, calibration, "first_look"))
+    if runs:
+        calibration = replace(calibration, known=known_runs(runs, calibration))
     return begin(calibration, folder)
 
 
@@ -112,6 +117,8 @@ def resume(
     """
     folder = Path(folder)
     store = Store.open(folder)
+    if store.is_library:
+        raise InputError(f"{folder}: this is a library of runs for no reference; explore, with the same arguments, goes on with it.")
     calibration = with_criteria(store.calibration, criteria)
     if model is not None:
         calibration = replace(calibration, experiments=_with_models(calibration.experiments, model))
@@ -145,9 +152,10 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
     log.write("Runs with " + ", ".join(f"{name} {value}" for name, value in now.items()) + f", {calibration.number_of_workers} workers.")
     _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
     listeners = (*listeners, log)
-    for note in [*thinning_notes(calibration), *doubts(calibration)]:
+    sources = calibration.known.sources if calibration.known else ()
+    for remark in (*sources, *(f"Note: {note}" for note in [*thinning_notes(calibration), *doubts(calibration)])):
         for listener in listeners:
-            listener.remark(f"Note: {note}")
+            listener.remark(remark)
     if changed := differences(store.provenance, now):
         for listener in listeners:
             listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")
@@ -185,6 +193,8 @@ def _refuse_occupied(folder: Path, calibration: Calibration) -> None:
         raise InputError(f"{folder}: this is a file, and a folder was expected.")
     if holds_campaign(folder):
         with closing(Store.open(folder)) as store:
+            if store.is_library:
+                raise InputError(f"{folder}: this folder holds a library of runs, and a campaign needs a folder of its own; the calibration learns from it by runs under [filter] or by --runs.")
             if store.keeps(calibration):
                 raise InputError(f"{folder}: this calibration was begun here before, go on with it by: graincal resume {shlex.quote(str(folder))}")
         raise InputError(f"{folder}: this folder holds another campaign, and a new one needs a folder of its own.")

@@ -29,8 +29,12 @@ from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference import Iteration, Stop
 from graincal.inference.emulation import Found
 from graincal.inference.first_look import FirstLook
+from graincal.inference.known_runs import KnownRuns
 
 NAME = "campaign.db"
+LIBRARY = "library"
+"""The key under which a store of runs for no reference keeps how many there are to be."""
+
 VERSION = 3
 
 # theta and details are JSON; arrays are .npy (arrays.py). A response is kept on the states of its model, whatever the reference. An evaluation is "waiting"
@@ -54,6 +58,7 @@ CREATE TABLE iteration (
 );
 CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
 CREATE TABLE look (evaluations INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, found BLOB NOT NULL);
+CREATE TABLE known (name TEXT PRIMARY KEY, array BLOB NOT NULL) WITHOUT ROWID;
 CREATE TABLE derived (name TEXT, evaluations INTEGER, array BLOB NOT NULL, PRIMARY KEY (name, evaluations)) WITHOUT ROWID;
 """
 
@@ -88,6 +93,7 @@ class Store:
             for statement in _SCHEMA.split(";"):
                 db.execute(statement)
             db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
+            db.executemany("INSERT INTO known VALUES (?, ?)", _known_arrays(calibration.known).items())
             db.execute(f"PRAGMA user_version = {VERSION}")
         return store
 
@@ -122,12 +128,21 @@ class Store:
         """The calibration, with models as far as they can be found again."""
         # Campaigns of before a truth could be given have none, and no file.
         truth = json.loads(self.meta("truth") or "{}")
-        return restore(self.description, workers=json.loads(self.meta("workers")), source=self.meta("source"), truth=truth, file=self.meta("file") or "")
+        others = {"workers": json.loads(self.meta("workers")), "source": self.meta("source"), "truth": truth, "file": self.meta("file") or ""}
+        return restore(self.description, known=self._known(), **others)
+
+    def _known(self) -> KnownRuns | None:
+        """The runs that were made before."""
+        if "known" not in self.description:
+            return None
+        arrays = {name: unpack_array(blob) for name, blob in self._rows("SELECT name, array FROM known")}
+        responses = tuple(arrays[f"responses {number}"] for number in range(len(self.description["experiments"])))
+        return KnownRuns(arrays["theta"], responses, arrays["infeasible"], arrays["missing"], tuple(self.description["known"]["sources"]))
 
     def keeps(self, calibration: Calibration) -> bool:
         """Whether this is the store of a calibration; only the workers and the truth may differ, and a look that has been taken since."""
         kept = {key: value for key, value in self.description.items() if key != "first_look" or calibration.look is None}
-        return json.loads(_as_json(describe(calibration))) == kept
+        return as_stored(describe(calibration)) == kept
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -143,6 +158,11 @@ class Store:
         """Keep a text once (`meta`)."""
         with self._transaction() as db:
             db.execute("INSERT OR IGNORE INTO meta VALUES (?, ?)", (key, text))
+
+    @property
+    def is_library(self) -> bool:
+        """Whether it holds runs for no reference, which have no result."""
+        return self.meta(LIBRARY) is not None
 
     def keep_first_look(self, look: FirstLook) -> None:
         """Keep what the look brought that the calibration begins with."""
@@ -178,6 +198,10 @@ class Store:
     def samples(self, iteration: int) -> Samples:
         """The samples of an iteration; none if it has not begun."""
         return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration = ? ORDER BY id", iteration))
+
+    def all_samples(self) -> Samples:
+        """Those of all iterations."""
+        return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration >= 0 ORDER BY id"))
 
     def waiting(self, iteration: int, experiment: int) -> NDArray[np.int64]:
         """Ids of the samples that have no outcome in an experiment, and neither failed nor were stopped in another."""
@@ -346,6 +370,14 @@ class Store:
         return self.folder / NAME if self.folder else "the store in memory"
 
 
+def _known_arrays(runs: KnownRuns | None) -> dict[str, bytes]:
+    """What a store keeps of runs that were made before."""
+    if runs is None:
+        return {}
+    arrays = {"theta": runs.theta, "infeasible": runs.infeasible, "missing": runs.missing} | {f"responses {number}": responses for number, responses in enumerate(runs.responses)}
+    return {name: pack_array(array) for name, array in arrays.items()}
+
+
 def same(one: Samples, other: Samples) -> bool:
     """Whether they are the same, to within what a table of numbers loses."""
     return np.array_equal(one.ids, other.ids) and np.allclose(one.theta, other.theta, rtol=1e-9, atol=1e-12)
@@ -375,6 +407,11 @@ def _connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
 def _as_json(data: Mapping[str, Any]) -> str:
     # What is no plain number is NumPy's.
     return json.dumps(dict(data), default=lambda number: number.item())
+
+
+def as_stored(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Plain data as they come back from a store."""
+    return json.loads(_as_json(data))
 
 
 def _now() -> str:

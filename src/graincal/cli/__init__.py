@@ -12,6 +12,7 @@ from graincal.cli.calibrate import calibrate
 from graincal.cli.check import check
 from graincal.cli.compare import compare
 from graincal.cli.demo import demo
+from graincal.cli.explore import explore
 from graincal.cli.export import export
 from graincal.cli.init import init
 from graincal.cli.pack import pack
@@ -28,6 +29,7 @@ app.command(epilog="Example:  graincal demo -o graincal-demo")(demo)
 app.command(epilog="Example:  graincal init lab.csv --strain engineering --confining-pressure 5e5 --packing packing.csv")(init)
 app.command(epilog="Example:  graincal check calibration.toml --plot references.png")(check)
 app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(calibrate)
+app.command(epilog="Example:  graincal explore calibration.toml --to 0.25 --runs 500 -o library")(explore)
 app.command(epilog="Example:  graincal resume campaign --max-evaluations 200")(resume)
 app.command(epilog="Example:  graincal status campaign --json")(status)
 app.command(epilog="Example:  graincal report campaign --figures png --figures pdf")(report)

@@ -15,6 +15,7 @@ def calibrate(
     output: Annotated[Path, typer.Option("--output", "-o", help="The campaign's folder; it must hold none yet.", metavar="DIR")],
     workers: Workers = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
+    runs: Annotated[list[Path] | None, typer.Option(help="A campaign or a library of the same models to learn from, beside those in the file; may be repeated.", metavar="DIR")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Calibrate: run a calibration file to its end, in a folder of its own.
@@ -27,7 +28,9 @@ def calibrate(
     from graincal.cli.options import parse_workers
     from graincal.cli.running import read, run_and_report
 
-    calibration = read(file, quiet=quiet)
+    calibration = read(file, runs or (), quiet=quiet)
+    if runs:
+        calibration = replace(calibration, source=f"# Begun with {' '.join(f'--runs {each}' for each in runs)}, beside what stands below.\n{calibration.source}")
     if workers is not None:
         calibration = replace(calibration, workers=parse_workers(workers))
     if seed is not None:

@@ -30,12 +30,17 @@ def resume(
     """
     from graincal import campaign
     from graincal.cli.options import parse_workers
-    from graincal.cli.running import run_and_report
+    from graincal.campaign.library import go_on_filling, is_library
+    from graincal.cli.running import fill_and_say, run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
     given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift}
     criteria = {name: _limit(name, text) for name, text in given.items() if text is not None}
     chosen = None if workers is None else parse_workers(workers)
+    if is_library(folder):
+        if criteria:
+            raise InputError(f"{folder}: this is a library of runs, which has no criteria of stopping, and --{next(iter(criteria)).replace('_', '-')} was given.")
+        return fill_and_say(folder, lambda listeners: go_on_filling(folder, workers=chosen, listeners=listeners), quiet=quiet)
     run_and_report(folder, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, **criteria), quiet=quiet)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import typer
@@ -19,26 +20,42 @@ from graincal.cli.progress import Progress
 from graincal.data import InputError
 
 
-def read(file: Path, *, quiet: bool = False) -> Calibration:
+def read(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Calibration:
     """Read a calibration file; a terminal says meanwhile what takes so long."""
     with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
-        return read_calibration(file)
+        return read_calibration(file, more_runs)
 
 
 def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
     """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
     console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
-    try:
-        with Progress(console) as progress:
-            result = start([progress])
-    except KeyboardInterrupt:
-        if holds_campaign(folder):
-            typer.echo(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
-        raise
+    with stopped_in_words(folder), Progress(console) as progress:
+        result = start([progress])
     show(result, folder, console)
     if result.failed.all():
         raise InputError(f"{folder}: every evaluation failed, so nothing was calibrated; mend what the reasons name and begin again in a new folder.")
     return result
+
+
+def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, quiet: bool) -> None:
+    """Fill a library, show how it goes and say what there is."""
+    from graincal.campaign.status import status
+
+    console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
+    with stopped_in_words(folder), Progress(console) as progress:
+        start([progress])
+    console.print(f"{status(folder)['stopped_because']} Stored in {folder}.", soft_wrap=True)
+
+
+@contextmanager
+def stopped_in_words(folder: Path) -> Iterator[None]:
+    """After Ctrl-C say how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if holds_campaign(folder):
+            typer.echo(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
+        raise
 
 
 def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:

@@ -160,7 +160,10 @@ def emulate(
     some = np.isfinite(log_weights).any()
     weights = normalised(log_weights) if some else np.zeros(len(evaluations))
     held_out = [emulator.held_out() for emulator in emulators]
-    nearness = [np.maximum(weights[whole], LEAST_COUNT / whole.sum()) for whole, _ in map(evaluations.known, range(len(references)))]
+    # Runs that were all made before carry no weight: then those whose own responses are nearest count.
+    nearness = [
+        np.maximum(weights[whole], LEAST_COUNT / whole.sum()) if some else emulator.judges for emulator, (whole, _) in zip(emulators, map(evaluations.known, range(len(references))))
+    ]
     drawn = np.sum(evaluations.proposal >= 0)
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
 
@@ -177,7 +180,7 @@ def emulate(
         weights=weights,
         pareto_k=pareto_k(log_weights),
         log_evidence_of_runs=of_runs,
-        dropped=float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / max(drawn, 1)),
+        dropped=float(np.exp(log_weights[stopped] - min(explored.log_evidence, of_runs)).sum() / drawn) if some else 0.0,
         doubt=doubt(space.to_unit(explored.theta[drawn_again]), explored.log_evidence, emulators, likelihoods, rng),
         lost=lost,
         kernels=tuple(emulator.kernels for emulator in emulators),

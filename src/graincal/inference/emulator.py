@@ -51,7 +51,7 @@ class Emulator:
     in excess. Source: Kennedy and O'Hagan (2000), Biometrika 87, with a factor of 1 and one model after the other.
 
     centre (J T,), basis (J T, q): a response is centre + basis z, observable by observable; q counts the components of both. simulator (J T, J T): the covariance of runs at one
-    Theta. truncation (J T,): the variance of what the components leave out. powers: of the parameters that are seen.
+    Theta. truncation (J T,): the variance of what the components leave out. judges (N,): weights of the evaluations that its variances were judged by. powers: of the parameters that are seen.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Emulator:
         self._by_segments = some_begun
         self._processes, self.powers = self._found(unit, scores, start) if known is None else self._made(unit, scores, known)
         self.inflation = np.ones(scores.shape[1])
-        self._judges = np.full(self._complete, 1 / self._complete)
+        self.judges = np.full(self._complete, 1 / self._complete)
         self.nuggets = np.array([process.nugget for process in self._processes])
         self._size = np.linalg.norm(reduction.basis, axis=0) / np.sqrt(curves.shape[1])
 
@@ -174,13 +174,13 @@ class Emulator:
         """
         errors, deviations = self._held_out()
         self.inflation = np.maximum(1.0, weights @ (errors / deviations) ** 2)
-        self._judges = weights
+        self.judges = weights
 
     @property
     def coverage(self) -> float:
         """How much of the components of the evaluations that its variances were judged by lies in the 90 % intervals, each predicted from the others. What
         was widened for these is in them: it tells of what is left."""
-        return float(self._judges @ self.held_out().within.mean(axis=1))
+        return float(self.judges @ self.held_out().within.mean(axis=1))
 
     def curves(self, components: NDArray[np.float64], observables: int) -> NDArray[np.float64]:
         """Components (M, q) as curves (M, T, J)."""

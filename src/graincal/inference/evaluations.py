@@ -13,6 +13,7 @@ from graincal.inference.batch import Batch
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.early_stop import leading_states
 from graincal.inference.importance import log_importance_weights
+from graincal.inference.known_runs import KnownRuns
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,11 @@ class Evaluations:
         """Before the first; shapes: (T, J) of each reference."""
         nothing = np.empty(0, dtype=bool)
         return cls(space, np.empty((0, space.size)), tuple(np.empty((0, *shape)) for shape in shapes), np.empty(0, dtype=np.int64), nothing, nothing, nothing)
+
+    @classmethod
+    def of(cls, space: ParameterSpace, runs: KnownRuns) -> Evaluations:
+        """Runs that were made before, which carry no weight."""
+        return cls(space, runs.theta, runs.responses, np.full(len(runs), -1), runs.missing, runs.infeasible, np.zeros(len(runs), dtype=bool))
 
     def __len__(self) -> int:
         return len(self.theta)

@@ -13,8 +13,10 @@ from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.emulation import Emulation, Found, emulate, recall
 from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import ErrorModel, error_model, hypotheses
+from graincal.inference.errors import observable_errors, sample_errors
 from graincal.inference.evaluations import Evaluations
 from graincal.inference.first_look import FirstLook
+from graincal.inference.known_runs import KnownRuns
 from graincal.inference.packings import PackingScatter, Siblings, packing_scatter
 from graincal.inference.thinning import Thinning
 
@@ -27,7 +29,7 @@ class Knowledge:
     """References, what is assumed of their errors, and the evaluations so far; what these say of the posterior is found by a look at them.
 
     thinnings, kept: the references as they are weighed, at the states that are kept of each. errors: the hypotheses on the errors of each. scatters: whether each scatters like a run. packings: what
-    packings differ by, for each; None where that is not known. evaluations: everything told. Arguments as of `PosteriorFilter`.
+    packings differ by, for each; None where that is not known. evaluations: everything told, after the `before` runs that were known before. Arguments as of `PosteriorFilter`.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class Knowledge:
         thin: bool = True,
         siblings: Sequence[Siblings | None] | None = None,
         first_look: FirstLook | None = None,
+        known: KnownRuns | None = None,
     ) -> None:
         self.space, self.references = space, tuple(references)
         self.thinnings = tuple(Thinning.of(reference, thin) for reference in self.references)
@@ -53,6 +56,10 @@ class Knowledge:
         self.packings: tuple[PackingScatter | None, ...] = (None,) * len(self.references)
         self.errors = self.errors_if()
         self.evaluations = Evaluations.none(space, [reference.values.shape for reference in self.kept])
+        if known is not None:
+            known.check(space, self.kept)
+            self.evaluations = Evaluations.of(space, known)
+        self.before = len(self.evaluations)
         if first_look is not None:
             first_look.check(space, self.kept)
         self.first_look = first_look
@@ -74,6 +81,14 @@ class Knowledge:
             for sibling, told, thinning, known in zip(self.siblings, responses, self.thinnings, self.evaluations.responses)
         )
         self.errors = self.errors_if()
+
+    def fits(self) -> NDArray[np.float64]:
+        """The error (Eq. 6) of each evaluation at the states that are kept, (N,); NaN for one without a whole response."""
+        errors = np.full(len(self.evaluations), np.nan)
+        whole = self.evaluations.usable
+        pairs = [observable_errors(responses[whole], reference) for responses, reference in zip(self.evaluations.responses, self.kept)]
+        errors[whole] = sample_errors(np.concatenate(pairs, axis=1), np.concatenate([reference.shares for reference in self.kept]))
+        return errors
 
     def errors_if(self, *, discrepancy: bool = True, packings: bool = True) -> tuple[ErrorModel, ...]:
         """The hypotheses on the errors of each reference as they would be without what the model cannot reproduce, or without what packings differ by."""

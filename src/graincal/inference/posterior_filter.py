@@ -25,6 +25,7 @@ from graincal.inference.first_look import FirstLook
 from graincal.inference.importance import normalised
 from graincal.inference.iteration import Iteration
 from graincal.inference.knowledge import Knowledge
+from graincal.inference.known_runs import KnownRuns, uncovered
 from graincal.inference.packings import PackingScatter, Siblings, places
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
@@ -77,6 +78,7 @@ class PosteriorFilter(AskTellFilter):
     `first_look`: evaluations of cheaper models, which say where to begin and what to expect of each response.
     `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
+    `known`: runs of the same models that were made before; the first batch then fills what they leave open, and is 2 n samples at the least.
     `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n or five first batches if it is not set. `seed` is a whole number, not negative.
     `siblings`: for each reference, how its model can be run on packings like its own (`Siblings`), or None where it cannot: once the first batch is told, `places` says where they
     are to be run, and nothing is learnt before `tell_packings` says what they gave.
@@ -98,6 +100,7 @@ class PosteriorFilter(AskTellFilter):
         thin: bool = True,
         siblings: Sequence[Siblings | None] | None = None,
         first_look: FirstLook | None = None,
+        known: KnownRuns | None = None,
         stop: Stop = Stop(),
         seed: int = 1,
         looks: Callable[[int], Found | None] | None = None,
@@ -113,7 +116,7 @@ class PosteriorFilter(AskTellFilter):
         self.seed = seed
         self._check(references)
         self.knowledge = Knowledge(
-            space, references, correlation_length=correlation_length, discrepancy=discrepancy, thin=thin, siblings=siblings, first_look=first_look
+            space, references, correlation_length=correlation_length, discrepancy=discrepancy, thin=thin, siblings=siblings, first_look=first_look, known=known
         )
         self.thinnings = self.knowledge.thinnings
         self._told_packings = not any(self.siblings)
@@ -137,7 +140,7 @@ class PosteriorFilter(AskTellFilter):
         self._settled = False
         self._recall, self._taken = looks or (lambda count: None), []
         self._cheaper, self._start = self._first_look(first_look)
-        self._ask(self._start, self.first_batch)
+        self._begin()
         self._propose()
 
     @property
@@ -258,11 +261,20 @@ class PosteriorFilter(AskTellFilter):
         while self._held is None and (batch := self._batches.take_complete()):
             self._complete_batch(batch)
 
+    def _begin(self) -> None:
+        """Ask for the first batch: of runs that fill the ranges, those that no known run is near."""
+        if not self.knowledge.before:
+            return self._ask(self._start, self.first_batch)
+        filling = self._start.draw(self.first_batch, self._rng("draw", 0))
+        least = min(2 * self.space.size, self.first_batch)
+        open_yet = uncovered(self.space.to_unit(filling), self.evaluations.unit, least)
+        self._ask(self._start, 0, filling[open_yet])
+
     def _complete_batch(self, batch: Batch) -> None:
         self.knowledge.add(batch, *self._origins.popleft())
-        fits = np.where(batch.stopped, np.nan, batch.errors)
-        if not self._told_packings and np.isfinite(fits).any():
-            self._places, self._held = places(self.space, batch.samples.theta, fits), batch
+        fits = self.knowledge.fits() if not self._told_packings else np.empty(0)
+        if np.isfinite(fits).any():
+            self._places, self._held = places(self.space, self.evaluations.theta, fits), batch
             return
         self._after(batch)
 
@@ -293,8 +305,9 @@ class PosteriorFilter(AskTellFilter):
 
     @property
     def _due(self) -> bool:
-        """Whether the runs have grown enough since the last look, or are the last."""
-        return len(self.evaluations) >= (1 + GROWTH) * self._looked_at or self._replicated
+        """Whether the runs have grown enough since the last look, or are the last; beside those that were known before."""
+        before = self.knowledge.before
+        return len(self.evaluations) - before >= (1 + GROWTH) * max(self._looked_at - before, 0) or self._replicated
 
     def _look(self, thorough: bool) -> Emulation:
         count = len(self.evaluations)

@@ -1,0 +1,118 @@
+"""Libraries: runs that fill the ranges of parameters, for no reference, kept for calibrations of the same models to learn from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from graincal.campaign.calibration import Calibration
+from graincal.campaign.campaign import Campaign
+from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.listener import Listener
+from graincal.campaign.log import Log
+from graincal.campaign.store import LIBRARY, Store, holds_campaign
+from graincal.campaign.trouble import FolderError
+from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference.defensive import DefensiveMixture
+
+
+def explore(
+    model: Model | Sequence[Experiment],
+    space: ParameterSpace,
+    to: float | ArrayLike | None = None,
+    *,
+    folder: str | Path,
+    observables: Sequence[str] = ("stress_ratio", "volumetric_strain"),
+    runs: int | None = None,
+    seed: int = 1,
+    workers: int | Literal["all"] = "all",
+    listeners: Sequence[Listener] = (),
+) -> Path:
+    """Fill the ranges of parameters with runs, for no reference, and keep them in a folder; its path. The same again goes on with what was broken off.
+
+    >>> explore(test, ParameterSpace.paper(), to=0.25, folder="library", runs=500)               # doctest: +SKIP
+    >>> calibrate(test, reference, ParameterSpace.paper(), runs=["library"])                     # doctest: +SKIP
+
+    to: the last control value that runs come to, or all of them (T,) for a function that knows no others. model: may be a list of experiments, whose references then say that. observables: what a model must
+    return. runs: how many; by default as many as a calibration fills the ranges with first. Raises InputError as `calibrate`, and for a folder that holds something else.
+    """
+    if isinstance(model, Sequence):
+        experiments = list(model)
+    elif to is None:
+        raise InputError("explore needs to know how far runs go: to = the last control value was expected.")
+    else:
+        experiments = [Experiment("experiment", model, no_reference(to, observables, getattr(model, "control", None)))]
+    return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, listeners)
+
+
+def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None) -> Reference:
+    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured."""
+    control = np.atleast_1d(np.asarray(to, dtype=np.float64))
+    if control.ndim != 1 or not np.all(np.isfinite(control)) or control[-1] <= 0:
+        raise InputError(f"explore: the last control value must be a positive number, not {to!r}.")
+    if len(control) == 1:
+        control = control[0] * np.array([0.5, 1.0])
+    name = control_name if isinstance(control_name, str) else "axial_strain"
+    return Reference(control, dict.fromkeys(observables, np.ones(len(control))), control_name=name)
+
+
+def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = ()) -> Path:
+    """Make a library of runs for calibrations like this one."""
+    folder, calibration = Path(folder), calibration.check()
+    count = calibration.blank_filter().first_batch if runs is None else runs
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
+        raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
+    if is_library(folder):
+        with closing(Store.open(folder)) as store:
+            if not store.keeps(calibration) or store.meta(LIBRARY) != str(count):
+                raise InputError(f"{folder}: this folder holds another library, and a new one needs a folder of its own.")
+        return go_on_filling(folder, [each.model for each in calibration.experiments], calibration.workers, listeners)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder}: this is there already, and a library needs a folder of its own.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FolderError.of(folder, error) from error
+    with closing(Log(folder)) as log:
+        store = Store.create(calibration, folder)
+        store.keep(LIBRARY, str(count))
+        return _fill(calibration, store, (*listeners, log))
+
+
+def go_on_filling(folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = ()) -> Path:
+    """Make the runs of a library that are not there yet."""
+    with closing(Log(folder)) as log:
+        store = Store.open(folder)
+        calibration = store.calibration
+        if models is not None:
+            calibration = replace(calibration, experiments=[replace(each, model=model) for each, model in zip(calibration.experiments, models)])
+        if workers is not None:
+            calibration = replace(calibration, workers=workers)
+        return _fill(calibration.check(), store, (*listeners, log))
+
+
+def is_library(folder: Path) -> bool:
+    """Whether a folder holds a library, and no campaign with a result."""
+    if not holds_campaign(folder):
+        return False
+    with closing(Store.open(folder)) as store:
+        return store.is_library
+
+
+def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Path:
+    count, space = int(store.meta(LIBRARY)), calibration.space
+    for listener in listeners:
+        listener.begins(calibration)
+    theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0]))
+    samples = Samples(np.arange(count, dtype=np.int64), theta, space.names)
+    store.ask(0, samples, len(calibration.experiments))
+    Campaign(calibration, store, listeners).evaluate(0, samples)
+    counts = store.counts()
+    store.stop("runs", f"All {count} runs have been made, and {counts['failed']} of them failed.")
+    return store.folder

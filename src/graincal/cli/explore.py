@@ -1,0 +1,41 @@
+"""graincal explore."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graincal.cli.options import Quiet, Workers
+
+
+def explore(
+    file: Annotated[Path, typer.Argument(help="A calibration file; its references may be missing, with --to.", metavar="calibration.toml")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The library's folder; it must hold nothing yet.", metavar="LIBRARY")],
+    runs: Annotated[int | None, typer.Option(min=2, help="How many; by default as many as a calibration fills the ranges with first.", metavar="N")] = None,
+    to: Annotated[float | None, typer.Option(help="The last control value that runs go to, such as the axial strain 0.25; by default that of each reference.", metavar="VALUE")] = None,
+    workers: Workers = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Fill the ranges of parameters with runs, for no reference: calibrations of the same models learn from them.
+
+    Ctrl-C stops it, and graincal resume goes on with it.
+    """
+    from dataclasses import replace
+
+    from rich.console import Console
+
+    from graincal.campaign.config import read_calibration
+    from graincal.campaign.library import fill
+    from graincal.cli.options import parse_workers
+    from graincal.cli.running import fill_and_say
+
+    with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
+        calibration = replace(read_calibration(file, to=to), first_look=None, look=None, known=None)
+    if workers is not None:
+        calibration = replace(calibration, workers=parse_workers(workers))
+    if seed is not None:
+        calibration = replace(calibration, seed=seed)
+    fill_and_say(output, lambda listeners: fill(calibration, output, runs, listeners), quiet=quiet)
