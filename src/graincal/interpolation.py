@@ -78,8 +78,8 @@ def _turns(control: NDArray[np.float64]) -> NDArray[np.intp]:
 def _between(
     along: NDArray[np.float64], turns: NDArray[np.intp], columns: Mapping[str, NDArray[np.float64]], asked: NDArray[np.float64]
 ) -> dict[str, NDArray[np.float64]]:
-    """Columns (S,) at `asked` (T,), each leg between two turns by itself, for a curve has an edge where its path turns."""
-    values = {name: np.empty(len(asked)) for name in columns}
+    """Columns (S, ...) at `asked` (T,), each leg between two turns by itself, for a curve has an edge where its path turns."""
+    values = {name: np.empty((len(asked), *column.shape[1:])) for name, column in columns.items()}
     begun = 0
     for first, last in zip(turns, turns[1:]) if len(along) > 1 else ():
         ended = len(asked) if last == turns[-1] else within_reach(along[: last + 1], asked)
@@ -88,26 +88,30 @@ def _between(
         for name, column in columns.items():
             values[name][rows] = _on_leg(leg, column[states], places, held=name in _HELD)
         begun = ended
-    return values if len(along) > 1 else {name: np.full(len(asked), column[0]) for name, column in columns.items()}
+    return values if len(along) > 1 else {name: np.full((len(asked), *column.shape[1:]), column[0]) for name, column in columns.items()}
 
 
 def _on_leg(leg: NDArray[np.float64], column: NDArray[np.float64], places: NDArray[np.float64], *, held: bool) -> NDArray[np.float64]:
-    """One column (S,) between the states of one leg."""
+    """One column (S, ...) between the states of one leg: several runs' side by side, where there are more."""
     after = np.clip(np.searchsorted(leg, places), 1, len(leg) - 1)
     nearest = np.where(places - leg[after - 1] < leg[after] - places, after - 1, after)
     # Rows that are states have what these have, digit for digit, and need no library.
     on_state = np.abs(places - leg[nearest]) <= _slack(leg)
     if on_state.all():
         return column[nearest]
+    on_states = on_state.reshape(-1, *[1] * (column.ndim - 1))
     if held:
-        return np.where(on_state, column[nearest], np.maximum(column[after - 1], column[after]))
+        return np.where(on_states, column[nearest], np.maximum(column[after - 1], column[after]))
     from scipy.interpolate import PchipInterpolator
 
-    between = np.full(len(places), np.nan)
-    # A ratio of two stresses that have gone is no number, and there is none beside it: each stretch of numbers is by itself.
     finite = np.isfinite(column)
-    for stretch in np.split(np.arange(len(leg)), 1 + np.flatnonzero(np.diff(finite))):
+    if column.ndim > 1 and not finite.all():
+        return np.stack([_on_leg(leg, each, places, held=held) for each in np.moveaxis(column, -1, 0)], axis=-1)
+    between = np.full((len(places), *column.shape[1:]), np.nan)
+    # A ratio of two stresses that have gone is no number, and there is none beside it: each stretch of numbers is by itself.
+    whole = finite if column.ndim == 1 else np.ones(len(leg), dtype=bool)
+    for stretch in np.split(np.arange(len(leg)), 1 + np.flatnonzero(np.diff(whole))):
         inside = (places >= leg[stretch[0]]) & (places <= leg[stretch[-1]])
-        if finite[stretch[0]] and len(stretch) > 1:
+        if whole[stretch[0]] and len(stretch) > 1:
             between[inside] = PchipInterpolator(leg[stretch], column[stretch])(places[inside])
-    return np.where(on_state, column[nearest], between)
+    return np.where(on_states, column[nearest], between)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -92,10 +92,17 @@ class Experiment:
     def observables(self, response: Response) -> NDArray[np.float64]:
         """What a response is compared with the reference by: its observables at the reference's rows, (T, J); NaN from the row on to which it does not come, for
         it was stopped early."""
-        found = np.full(self.reference.values.shape, np.nan)
-        met = interpolate(response, self.reference.control)
-        if isinstance(met, Response):
-            found[: len(met.control)] = met.observables(self.reference.names)
+        return self.observables_of([response])[0]
+
+    def observables_of(self, responses: Sequence[Response]) -> NDArray[np.float64]:
+        """Those of several responses, (N, T, J)."""
+        found = np.full((len(responses), *self.reference.values.shape), np.nan)
+        for rows in _alike(responses):
+            first = responses[rows[0]]
+            values = {name: np.stack([responses[row].values[name] for row in rows], axis=-1) for name in self.reference.names}
+            met = interpolate(replace(first, values=values), self.reference.control)
+            if isinstance(met, Response):
+                found[rows, : len(met.control)] = np.moveaxis(np.stack([met.values[name] for name in self.reference.names], axis=1), -1, 0)
         return found
 
     def _watch(self, hopeless: Hopeless | None) -> dict[str, Callable[[int, Response], bool]]:
@@ -122,3 +129,11 @@ class Experiment:
                 where = f"{self.reference.control_name} {met.control[np.argmin(finite)]:g}"
                 return Failure("output", f"{name} is not finite at {where}.", response.details)
         return response
+
+
+def _alike(responses: Sequence[Response]) -> list[list[int]]:
+    """Rows of responses that are on the same states, so that all can be interpolated at once."""
+    groups: dict[tuple, list[int]] = {}
+    for row, response in enumerate(responses):
+        groups.setdefault((response.control.tobytes(), response.stopped, response.control_name, response.in_pascal), []).append(row)
+    return list(groups.values())

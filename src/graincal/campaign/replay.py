@@ -30,11 +30,12 @@ def outcomes(samples: Samples, store: Store, experiments: Sequence[Experiment]) 
     infeasible, and which were stopped."""
     failed, infeasible, stopped = np.zeros((3, len(samples)), dtype=bool)
     responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
-    for row, id in enumerate(samples.ids):
-        for number, experiment in enumerate(experiments):
-            outcome = store.outcome(id, number)
+    for number, experiment in enumerate(experiments):
+        found = store.outcomes(samples.ids, number)
+        given = [row for row, outcome in enumerate(found) if isinstance(outcome, Response)]
+        responses[number][given] = experiment.observables_of([found[row] for row in given])
+        for row, outcome in enumerate(found):
             if isinstance(outcome, Response):
-                responses[number][row] = experiment.observables(outcome)
                 stopped[row] |= outcome.stopped
             elif not stopped[row]:
                 failed[row] = True

@@ -73,12 +73,12 @@ def _gather(gathered: _Gathered, store: Store, named: str, calibration: Calibrat
     samples, scale = store.all_samples(), [_scales(experiment.model) for experiment in calibration.experiments]
     for numbers in _same_models(store, named, calibration):
         theta, outside = _parameters(store, numbers, samples, calibration)
-        for row, id in enumerate(samples.ids):
+        outcomes = list(zip(*(store.outcomes(samples.ids, number) for number in numbers)))
+        for row in range(len(samples)):
             if outside[row]:
                 left_out[outside[row]] = left_out.get(outside[row], 0) + 1
                 continue
-            outcomes = [store.outcome(int(id), number) for number in numbers]
-            reason = _add(gathered, theta[row], outcomes, calibration.experiments, thinnings, scale)
+            reason = _add(gathered, theta[row], outcomes[row], calibration.experiments, thinnings, scale)
             if reason:
                 left_out[reason] = left_out.get(reason, 0) + 1
     return left_out

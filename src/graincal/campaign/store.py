@@ -37,6 +37,9 @@ LIBRARY = "library"
 
 VERSION = 3
 
+# Values that one query takes; SQLite allows more.
+AT_ONCE = 500
+
 # theta and details are JSON; arrays are .npy (arrays.py). A response is kept on the states of its model, whatever the reference. An evaluation is "waiting"
 # until it is "finished" (a response) or "failed" (a reason). One that was stopped early is finished, with a response that is shorter, and its details say so.
 # Samples below 0 are those of the study of packings (packings.py), and belong to no iteration.
@@ -234,13 +237,16 @@ class Store:
 
     def outcome(self, id: int, experiment: int) -> Response | Failure | None:
         """What the evaluation of a sample gave in an experiment; None if it has not ended."""
-        columns = "state, details, control, response, about, kind, reason"
-        rows = self._rows(f"SELECT {columns} FROM evaluation WHERE sample = ? AND experiment = ?", int(id), experiment)
-        state, details, control, response, about, kind, reason = rows[0] if rows else ("waiting", *[None] * 6)
-        if state == "finished":
-            control_name, pressure, in_pascal = (json.loads(about)[name] for name in _ABOUT)
-            return Response(unpack_array(control), unpack_columns(response), json.loads(details), control_name, pressure, tuple(in_pascal))
-        return Failure(kind, reason, json.loads(details)) if state == "failed" else None
+        return self.outcomes([id], experiment)[0]
+
+    def outcomes(self, ids: Sequence[int], experiment: int) -> list[Response | Failure | None]:
+        """Of several samples, in their order."""
+        columns = "sample, state, details, control, response, about, kind, reason"
+        found: dict[int, Response | Failure | None] = {}
+        for few in (ids[begin : begin + AT_ONCE] for begin in range(0, len(ids), AT_ONCE)):
+            query = f"SELECT {columns} FROM evaluation WHERE experiment = ? AND sample IN ({','.join('?' * len(few))})"
+            found |= {sample: _outcome(*row) for sample, *row in self._rows(query, experiment, *map(int, few))}
+        return [found.get(int(id)) for id in ids]
 
     def counts(self, iteration: int | None = None) -> dict[str, int]:
         """How many samples there are, how many are evaluated in every experiment or failed or were stopped in one, and how many of these failed and were stopped."""
@@ -368,6 +374,16 @@ class Store:
     @property
     def _path(self) -> Path | str:
         return self.folder / NAME if self.folder else "the store in memory"
+
+
+def _outcome(
+    state: str, details: str | None, control: bytes | None, response: bytes | None, about: str | None, kind: str | None, reason: str | None
+) -> Response | Failure | None:
+    """What a row of evaluations says."""
+    if state == "finished":
+        control_name, pressure, in_pascal = (json.loads(about)[name] for name in _ABOUT)
+        return Response(unpack_array(control), unpack_columns(response), json.loads(details), control_name, pressure, tuple(in_pascal))
+    return Failure(kind, reason, json.loads(details)) if state == "failed" else None
 
 
 def _known_arrays(runs: KnownRuns | None) -> dict[str, bytes]:

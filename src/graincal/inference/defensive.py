@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from graincal.data import ParameterSpace
 from graincal.inference.proposal import LEAST_MASS, ProposalOutsideBox, TruncatedMixture, fit_mixture
@@ -70,6 +69,8 @@ class DefensiveMixture:
 
         Raises ProposalOutsideBox where next to nothing of the mixture lies in the box.
         """
+        from scipy.stats import qmc
+
         size = self.space.size
         sequence = qmc.Halton(d=size + 1, scramble=True, seed=rng)
         kept = np.empty((0, size))

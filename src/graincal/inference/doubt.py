@@ -12,19 +12,20 @@ from scipy.special import logsumexp
 from graincal.inference.emulator import Emulator
 from graincal.inference.likelihood import ReducedLikelihood
 
-# How much a spread counts beside a mean, where it is asked whether the posterior is known.
-SPREADS = 0.6
-
 # Joint draws of the emulators, at so many samples of the posterior.
-DRAWS, SAMPLES = 100, 1000
+DRAWS, SAMPLES = 100, 600
+
+
+# What nine draws in ten are within, in standard deviations of a Gaussian: a few draws far out would decide a root mean square.
+MOST_DRAWS, IN_DEVIATIONS = 0.9, 1.645
 
 
 @dataclass(frozen=True, eq=False)
 class Doubt:
     """What the posterior would be if the simulator's mean response were one of DRAWS that the emulators hold possible, each drawn jointly at samples of the posterior.
 
-    means: root mean square over these of what a parameter's mean would be off, in its standard deviations, of the parameter where it is the most; spreads: of the logarithm of what
-    a standard deviation would be other by. log_evidence: (DRAWS,). Where the emulators do not know whether a region fits, a draw has it fit or not.
+    means: how far a parameter's mean would be off in nine draws of ten, over 1.645, in its standard deviations, of the parameter where it is the most: that of a Gaussian is its standard deviation; spreads:
+    the same of the logarithm of what a standard deviation would be other by. log_evidence: (DRAWS,). Where the emulators do not know whether a region fits, a draw has it fit or not.
     """
 
     means: float
@@ -33,37 +34,33 @@ class Doubt:
 
     @property
     def most(self) -> float:
-        """The larger of both, spreads by their part of what means are: their own tails make them uncertain by more."""
-        return max(self.means, SPREADS * self.spreads)
+        """The larger of both."""
+        return max(self.means, self.spreads)
 
 
 def doubt(
     unit: NDArray[np.float64], log_evidence: float, emulators: Sequence[Emulator], likelihoods: Sequence[ReducedLikelihood], rng: np.random.Generator
 ) -> Doubt:
-    """Of a posterior with this log evidence, of which points (M, n) of the unit cube are samples of equal weight in no order, M even.
-
-    Each draw's posterior is found by both halves of the samples. What they agree on is the draw's, and what they do not is the sampling's: so products of both halves have the variance over the draws
-    for their mean, and nothing of the sampling's.
-    """
+    """Of a posterior with this log evidence, of which points (M, n) of the unit cube are samples of equal weight."""
     logs, known = np.zeros((DRAWS, len(unit))), np.zeros(len(unit))
     for emulator, likelihood in zip(emulators, likelihoods):
         logs += likelihood.exact(emulator.draw(unit, DRAWS, rng))
         known += likelihood(*emulator.predict(unit))
     # The samples have the density prior times expected likelihood / evidence.
     relative = logs - known
-    half = len(unit) // 2
-    halves = [_moments(unit[part], relative[:, part]) for part in (slice(half), slice(half, None))]
-    spread = unit.std(axis=0)
-    # Both halves of a draw about what they are over all draws, which is the same but for the sampling.
-    off, other = (
-        np.maximum(np.mean(np.prod([each - each.mean(axis=0) for each in pair], axis=0), axis=0), 0)
-        for pair in zip(*((mean / np.maximum(spread, deviation), np.log(deviation / spread)) for mean, deviation in halves))
-    )
-    return Doubt(float(np.sqrt(off.max())), float(np.sqrt(other.max())), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
-
-
-def _moments(unit: NDArray[np.float64], relative: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Means and standard deviations (D, n) of points (M, n) by each draw's log weights (D, M)."""
     weights = np.exp(relative - logsumexp(relative, axis=1)[:, None])
     means = weights @ unit
-    return means, np.sqrt(np.maximum(weights @ unit**2 - means**2, 1e-300))
+    spreads = np.sqrt(np.maximum(weights @ unit**2 - means**2, 1e-300))
+    away = (unit - means[:, None]) / spreads[:, None]
+    # A draw's moments are off by the sampling too, which is no doubt: the variances of a weighted mean and of the logarithm of a weighted standard deviation.
+    squared = (weights**2)[:, :, None]
+    of_means, of_spreads = np.sum(squared * away**2, axis=1), np.sum(squared * (away**2 - 1) ** 2, axis=1) / 4
+    middle, spread = unit.mean(axis=0), unit.std(axis=0)
+    off, other = (means - middle) / np.maximum(spread, spreads), np.log(spreads / spread)
+    return Doubt(_usual(off, of_means), _usual(other, of_spreads), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
+
+
+def _usual(off: NDArray[np.float64], sampling: NDArray[np.float64]) -> float:
+    """How large values (D, n) are in nine draws of ten, as a standard deviation, less the variance (D, n) that their sampling has: of the column where it is the most."""
+    deviation = np.quantile(np.abs(off), MOST_DRAWS, axis=0) / IN_DEVIATIONS
+    return float(np.sqrt(np.maximum(deviation**2 - np.median(sampling, axis=0), 0)).max())

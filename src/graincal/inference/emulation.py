@@ -170,7 +170,7 @@ def emulate(
     def near_the_posterior(every: Sequence[NDArray[np.float64]]) -> tuple[float, ...]:
         return tuple(float(np.sqrt(np.average(errors**2, weights=near))) for errors, near in zip(every, nearness))
 
-    drawn_again = rng.permutation(systematic_resampling(explored.weights, SAMPLES, rng))
+    drawn_again = systematic_resampling(explored.weights, SAMPLES, rng)
     return Emulation(
         explored=explored,
         answer=_best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),

@@ -10,9 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.special import logsumexp, ndtr, ndtri
-from scipy.stats import qmc
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.mixture import BayesianGaussianMixture
 from threadpoolctl import threadpool_limits
 
 from graincal.data import ParameterSpace
@@ -109,6 +106,10 @@ def fit_mixture(
     so many steps at most.
     Source: Cheng et al. (2019); Hartmann, Cheng, Thornton (2022), section 2.2.
     """
+    # Late, as it takes longer to import than all that a command which fits nothing does.
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.mixture import BayesianGaussianMixture
+
     rows = systematic_resampling(weights, copies or 10 * len(theta), rng)
     copied = space.to_unit(theta)[rows]
     components = components or max(1, len(theta) // 10)
@@ -154,4 +155,6 @@ def _mass_in_cube(mean: NDArray[np.float64], covariance: NDArray[np.float64]) ->
 
 @lru_cache(maxsize=8)
 def _even_points(size: int) -> NDArray[np.float64]:
+    from scipy.stats import qmc
+
     return qmc.Halton(d=size, scramble=True, seed=np.random.default_rng(0)).random(4096)

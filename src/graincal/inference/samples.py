@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from graincal.data import InputError, ParameterSpace
 
@@ -39,6 +38,8 @@ def halton(space: ParameterSpace, count: int, rng: np.random.Generator) -> NDArr
 
     Scrambling makes every point uniform on the box; the plain sequence begins in its corner.
     """
+    from scipy.stats import qmc
+
     unit = qmc.Halton(d=space.size, scramble=True, seed=rng).random(count)
     # low + 1 * (high - low) may round to the number after high.
     return np.clip(space.from_unit(unit), space.low, space.high)

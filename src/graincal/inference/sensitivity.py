@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,13 @@ from graincal.data import ParameterSpace, Reference
 from graincal.inference.emulation import Emulation
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.explore import explore
+from graincal.inference.importance import normalised
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.posterior import Posterior
+from graincal.inference.proposal import systematic_resampling
+
+# Samples of the posterior that are weighted anew for other errors, and how many effective ones are enough.
+SAMPLES, ENOUGH = 2000, 200
 
 def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evidence: float) -> float:
     """The log evidence if each range were half as wide, about the posterior's mean as far as the range allows."""
@@ -26,10 +32,32 @@ def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evi
 def under_other_errors(
     emulation: Emulation, space: ParameterSpace, references: Sequence[Reference], scatters: Sequence[bool], errors: Sequence[ErrorModel], rng: np.random.Generator
 ) -> Posterior:
-    """The posterior under other hypotheses on the errors of the references, by the same emulators: no evaluation is made."""
+    """The posterior under other hypotheses on the errors of the references, by the same emulators: no evaluation is made.
+
+    By the samples of the posterior, weighted anew; or by others, where too few of these would carry the weight.
+    """
     likelihoods = [
         ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter))
         for reference, model, scatter, emulator in zip(references, errors, scatters, emulation.emulators)
     ]
-    found = explore(space, lambda unit: emulation.log_likelihood(unit, likelihoods), rng, near=emulation.explored.proposal)
+    theta = emulation.posterior.samples[systematic_resampling(emulation.posterior.weights, SAMPLES, rng)]
+    unit = space.to_unit(theta)
+    predicted = [emulator.predict(unit) for emulator in emulation.emulators]
+    others, own = (sum(likelihood(*each) for likelihood, each in zip(every, predicted)) for every in (likelihoods, emulation.likelihoods))
+    weights = normalised(others - own)
+    if 1 / np.sum(weights**2) >= ENOUGH:
+        return Posterior(space.names, theta, weights)
+    return _explored(space, lambda unit: emulation.log_likelihood(unit, likelihoods), emulation, rng)
+
+
+def under_one_likelihood(emulation: Emulation, space: ParameterSpace, experiment: int, likelihood: ReducedLikelihood, rng: np.random.Generator) -> Posterior:
+    """The posterior by the emulator of one experiment (its number) alone, under another likelihood of what it predicts."""
+    emulator = emulation.emulators[experiment]
+    return _explored(space, lambda unit: likelihood(*emulator.predict(unit)), emulation, rng)
+
+
+def _explored(space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], emulation: Emulation, rng: np.random.Generator) -> Posterior:
+    # Wider posteriors reach into the ranges.
+    near = replace(emulation.explored.proposal, prior_share=0.5)
+    found = explore(space, log_likelihood, rng, near=near, thorough=False)
     return Posterior(space.names, found.theta, found.weights)

@@ -27,7 +27,7 @@ class Stop:
     `max_evaluations`: the next iteration would bring the evaluations above this. An iteration is never shortened: its number of samples is
     part of the method (Eq. 4).
     `posterior_shift`: for `PosteriorFilter`, which looks at this and the limits alone: what the emulator does not know moves no parameter's posterior mean
-    by more than so many standard deviations (root mean square over what it holds possible), nor its spread by much; and fresh runs fit as the posterior says.
+    by more than so many standard deviations, nor the logarithm of its spread by more (a standard deviation over what it holds possible); and fresh runs fit as the posterior says.
     Raises InputError for values that are not positive numbers (increments and errors may be 0), and when nothing would ever stop.
     """
 

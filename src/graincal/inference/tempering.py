@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import logsumexp
-from scipy.stats import qmc
 
 from graincal.inference.proposal import systematic_resampling
 
@@ -46,6 +45,8 @@ def temper(
     (ter Braak 2006): each half of them along differences of two of the other half, which fits scale and shape of whatever is there, several modes
     and ridges too. Sources: Del Moral, Doucet, Jasra (2006), Journal of the Royal Statistical Society B 68.
     """
+    from scipy.stats import qmc
+
     unit = qmc.Sobol(d=size, scramble=True, seed=rng).random(1 << (count - 1).bit_length())[:count]
     logs = log_likelihood(unit)
     reached, evidence, wide = 0.0, 0.0, unit

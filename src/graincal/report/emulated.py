@@ -13,10 +13,9 @@ from graincal.campaign import Result
 from graincal.inference import Posterior
 from graincal.inference.emulation import Emulation
 from graincal.inference.error_model import measurement_errors
-from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
 from graincal.inference.proposal import systematic_resampling
-from graincal.inference.sensitivity import evidence_of_half_ranges, under_other_errors
+from graincal.inference.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
 from graincal.report.findings import PROBABILITY
 from graincal.report.groups import Group, find_groups
 
@@ -198,6 +197,4 @@ class Emulated:
         errors = replace(errors, covariances=errors.covariances[:, rows, rows])
         added = emulator.added(self.result.knowledge.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(alone.kept, errors, emulator.centre[rows], emulator.basis[rows], added)
-        space = self.result.space
-        found = explore(space, lambda unit: likelihood(*emulator.predict(unit)), np.random.default_rng(0), near=self.emulation.explored.proposal)
-        return Posterior(space.names, found.theta, found.weights).std() / self._prior
+        return under_one_likelihood(self.emulation, self.result.space, number, likelihood, np.random.default_rng(0)).std() / self._prior

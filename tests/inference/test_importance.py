@@ -1,0 +1,26 @@
+"""What weights say of themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import genpareto
+
+from graincal.inference.importance import pareto_k
+
+
+def test_the_shape_of_a_tail_is_that_of_other_programs():
+    # By arviz-stats 0.8.0, which has the estimate of Zhang and Stephens (2009) with the prior of Vehtari et al. (2024) too.
+    rng = np.random.default_rng(7)
+    for count, spread, expected in ((100, 0.5, 0.4342608566540899), (1000, 1.0, 0.006551659281471193), (1000, 3.0, 1.0847310804032906)):
+        assert pareto_k(spread * rng.standard_normal(count)) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("k", [0.1, 0.5, 0.9])
+def test_the_shape_of_a_tail_is_found(k):
+    weights = genpareto.rvs(k, size=20000, random_state=np.random.default_rng(1))
+    assert pareto_k(np.log(weights)) == pytest.approx(k, abs=0.1)
+
+
+def test_few_weights_and_equal_ones_have_no_tail():
+    assert np.isnan(pareto_k(np.zeros(20))) and pareto_k(np.zeros(100)) == -np.inf
