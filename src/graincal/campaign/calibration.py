@@ -40,7 +40,10 @@ FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_bat
 FILLING, MOST_FILLING = 1e10, 60
 """Particle-steps of the built-in engine that fill the ranges before anything is learnt, some minutes on two cores; and the most runs, times the number of parameters."""
 
-_LIMITS = ("max_iterations", "max_evaluations")
+FILLING_SECONDS = 600.0
+"""The same of other models whose runs are said to take some seconds: on one core."""
+
+_LIMITS = ("max_iterations", "max_evaluations", "hours")
 CRITERIA = dict.fromkeys(METHODS, ("s", "gl_error_increment", "error", "error_increment", *_LIMITS)) | {POSTERIOR: ("posterior_shift", *_LIMITS)}
 """The criteria of stopping that each method looks at."""
 
@@ -57,6 +60,7 @@ class Calibration:
     nothing is found by them, and the report shows them beside what is; of a parameter with a value for each experiment, either all or one of them. file: the path of the calibration file from the root, if there is one.
     first_look: evaluations of cheaper models to begin with, by the method "posterior". look: the calibration by cheaper models that makes them, which is run
     first where they are not there yet. known: runs of the same models that were made before (`runs.known_runs`), by the method "posterior".
+    expected_seconds: what one evaluation is said to take on one core, in all experiments: so a method knows whether hundreds may fill the ranges, or every one counts.
     """
 
     space: ParameterSpace
@@ -72,6 +76,7 @@ class Calibration:
     first_look: FirstLook | None = None
     look: Calibration | None = None
     known: KnownRuns | None = None
+    expected_seconds: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -90,9 +95,19 @@ class Calibration:
         return options
 
     def _filling(self) -> int | None:
-        """How many runs fill the ranges first, by what they cost in particle-steps and by no clock: for the built-in engine. None for the filter's own number, where every run counts."""
-        if not isinstance(self.space, ParameterSpace) or not all(isinstance(each, Experiment) for each in self.experiments):
+        """How many runs fill the ranges first, by what they cost in particle-steps and by no clock: for the built-in engine. For others by the seconds that they are said to take; None for the
+        filter's own number, where every run counts."""
+        if not isinstance(self.space, ParameterSpace) or not all(isinstance(each, Experiment) for each in self.experiments) or self.first_look or self.look:
             return None
+        n, most = self.space.size, self.stop.max_evaluations
+        work = FILLING_SECONDS / self.expected_seconds if self.expected_seconds else self._filling_of_the_engine()
+        if work is None:
+            return None
+        count = int(np.clip(work, 4 * n, MOST_FILLING * n))
+        return count if most is False else int(np.clip(count, 4 * n, max(4 * n, most // 3)))
+
+    def _filling_of_the_engine(self) -> float | None:
+        """How many of the built-in engine's runs are FILLING particle-steps; None for other models."""
         n = self.space.size
         try:
             middle = np.linspace(0, 1, 21)[:, None] * np.ones(n)
@@ -101,11 +116,7 @@ class Calibration:
         except InputError:
             # What is wrong with it `check` says.
             return None
-        if any(cost is None for cost in costs) or not costs or self.first_look or self.look:
-            return None
-        count = int(np.clip(FILLING / np.mean(costs, axis=1).sum(), 4 * n, MOST_FILLING * n))
-        most = self.stop.max_evaluations
-        return count if most is False else int(np.clip(count, 4 * n, max(4 * n, most // 3)))
+        return None if any(cost is None for cost in costs) or not costs else float(FILLING / np.mean(costs, axis=1).sum())
 
     def check(self) -> Calibration:
         """Raise InputError for what cannot be calibrated, before anything is evaluated; the calibration itself otherwise."""
@@ -125,6 +136,9 @@ class Calibration:
                 raise InputError(f"truth.{name} is not a parameter{did_you_mean(name, known)}; expected some of {', '.join(known)}.")
             if not (isinstance(value, Real) and np.isfinite(value)):
                 raise InputError(f"truth.{name} must be a number, not {value!r}.")
+        seconds = self.expected_seconds
+        if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, Real) or not 0 < seconds < np.inf):
+            raise InputError(f"run.expected_seconds must be a number of seconds above 0, not {seconds!r}.")
         number_of_workers(self.workers)  # raises for what is none
         for experiment in self.experiments:
             if len(experiment.reference.control) < 2:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from contextlib import closing
 from functools import partial
@@ -17,7 +18,7 @@ from graincal.campaign.listener import Listener
 from graincal.campaign.packings import study_packings
 from graincal.campaign.replay import tell
 from graincal.campaign.result import Result
-from graincal.campaign.store import Store
+from graincal.campaign.store import OUT_OF_TIME, SPENT, Store
 from graincal.campaign.trouble import FolderError
 from graincal.campaign.workers import Workers
 from graincal.data import Failure, Response, Samples
@@ -39,6 +40,7 @@ class Campaign:
         self.store = store
         self.listeners = tuple(listeners)
         self._batches_given = 0
+        self._began, self._spent_before = time.monotonic(), float(store.meta(SPENT) or 0)
 
     def run(self) -> Result:
         """Go on to the end."""
@@ -69,12 +71,14 @@ class Campaign:
             else:
                 self.store.ask(index, samples, len(self.calibration.experiments))
                 self.evaluate(index, samples, filter.early_stops[0])
+            self._look_at_the_clock(filter, index, replayed=index < known)
             tell(filter, samples, self.store, self.calibration.experiments)
             if isinstance(filter, PosteriorFilter) and filter.places is not None:
                 study_packings(filter, self.calibration, self.store, self.listeners)
             learnt, looks = (Learnt.of(filter), filter.take_looks()) if isinstance(filter, PosteriorFilter) else (None, [])
             self.store.complete(filter.iterations[-1], learnt, looks)
             replayed = index < known
+            self.store.spend(self._spent)
             if self.store.folder and (filter.finished or not replayed):
                 write_curves(Result(self.store, self.calibration), self.store.folder / CURVES)
             for listener in self.listeners:
@@ -87,6 +91,19 @@ class Campaign:
         for listener in self.listeners:
             listener.stops(filter.stopped_by, filter.stopped_because)
         return Result(self.store, self.calibration)
+
+    @property
+    def _spent(self) -> float:
+        """Seconds of wall time, of all sittings."""
+        return self._spent_before + time.monotonic() - self._began
+
+    def _look_at_the_clock(self, filter: Filter, index: int, replayed: bool) -> None:
+        """Have the filter end with the iteration of this number where the time is over, or was when it ran."""
+        hours = self.calibration.stop.hours
+        if not replayed and hours is not False and self._spent >= 3600 * hours:
+            self.store.keep(OUT_OF_TIME, str(index))
+        if self.store.meta(OUT_OF_TIME) == str(index):
+            filter.end("hours", f"the limit of {hours:g} hours is over")
 
     def evaluate(self, iteration: int, samples: Samples, early_stop: EarlyStop | None = None) -> None:
         """Evaluate what is waiting, one experiment after the other; a sample that fails or is stopped in one is left out of the next."""

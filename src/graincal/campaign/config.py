@@ -285,6 +285,7 @@ class StopSection(Section):
     error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
     max_iterations: Count | Off | None = Field(None, description="a whole number above 0, or false")
     max_evaluations: Count | Off = Field(False, description="a whole number above 0, or false")
+    hours: Positive | Off = Field(False, description="hours of wall time, above 0, or false")
     posterior_shift: NotNegative | Off = Field(0.25, description="standard deviations, not negative, or false")
 
 
@@ -293,6 +294,7 @@ class RunSection(Section):
 
     workers: Count | Literal["all"] = Field("all", description='a whole number above 0, or "all"')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
+    expected_seconds: Positive | None = Field(None, description="seconds above 0 that one evaluation takes on one core")
 
 
 class CalibrationFile(Section):
@@ -373,6 +375,7 @@ def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence
         file.run.seed,
         file.run.workers,
         source,
+        expected_seconds=file.run.expected_seconds,
     )
     if to is None and (runs := (*(_from_root(folder / each) for each in file.filter.runs or ()), *more_runs)):
         try:

@@ -45,6 +45,7 @@ def calibrate(
     truth: Mapping[str, float] | None = None,
     first_look: Result | str | Path | None = None,
     runs: Sequence[str | Path] = (),
+    expected_seconds: float | None = None,
     **filter_options: Any,
 ) -> Result:
     """Calibrate a model against a reference, or several experiments at once.
@@ -60,6 +61,7 @@ def calibrate(
     ahead, early_stop, thin, correlation_length, discrepancy (see `PosteriorFilter`), packing_scatter (whether what packings differ by is found out); by the other methods alpha, effective_sample_size, scale, covariance, thin
     (see `IterativeBayesianFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     runs: with "posterior", the folders of campaigns and of libraries (`explore`) on the same models, to learn from (`graincal.campaign.runs.known_runs`).
+    expected_seconds: what one evaluation takes on one core, where the model is not a built-in test: short ones fill the ranges by hundreds first.
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
     """
     if isinstance(model, Sequence):
@@ -72,7 +74,7 @@ def calibrate(
         experiments = [Experiment("experiment", model, reference)]
     if max_evaluations is not None:
         stop = replace(stop, max_evaluations=max_evaluations)
-    calibration = Calibration(space, experiments, method, filter_options, stop, seed, workers, truth=truth or {})
+    calibration = Calibration(space, experiments, method, filter_options, stop, seed, workers, truth=truth or {}, expected_seconds=expected_seconds)
     if first_look is not None:
         look = first_look if isinstance(first_look, Result) else Result.read(first_look)
         calibration = replace(calibration, first_look=first_look_of(look, calibration, "first_look"))

@@ -37,6 +37,9 @@ LIBRARY = "library"
 
 VERSION = 3
 
+OUT_OF_TIME, SPENT = "out of time", "seconds spent"
+"""The keys under which a store keeps the iteration that was the last within the limit in time, and the wall time of all sittings so far."""
+
 # Values that one query takes; SQLite allows more.
 AT_ONCE = 500
 
@@ -161,6 +164,11 @@ class Store:
         """Keep a text once (`meta`)."""
         with self._transaction() as db:
             db.execute("INSERT OR IGNORE INTO meta VALUES (?, ?)", (key, text))
+
+    def spend(self, seconds: float) -> None:
+        """Keep how much wall time all sittings have taken."""
+        with self._transaction() as db:
+            db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (SPENT, f"{seconds:.3f}"))
 
     @property
     def is_library(self) -> bool:
@@ -326,7 +334,7 @@ class Store:
             meta["source"] = f"# {remark}\n{source}"
         with self._transaction() as db:
             db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta.items())
-            db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
+            db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because', ?)", (OUT_OF_TIME,))
             db.execute("DELETE FROM evaluation WHERE sample IN (SELECT id FROM sample WHERE iteration >= ?)", (iterations,))
             db.execute("DELETE FROM derived WHERE evaluations IN (SELECT evaluations FROM look WHERE iteration >= ?)", (iterations,))
             for table, column in {"sample": "iteration", "iteration": "id", "learnt": "iteration", "look": "iteration"}.items():

@@ -34,6 +34,8 @@ def check(
         typer.echo("\n".join(_describe(experiment, calibration.method)))
     for note in [*thinning_notes(calibration), *doubts(calibration)]:
         typer.echo(f"Note: {note}")
+    for source in calibration.known.sources if calibration.known else ():
+        typer.echo(source)
     if found := calibration.first_look:
         typer.echo(f"first look: {len(found.theta)} evaluations of another campaign, of the same parameters and experiments")
     if calibration.look:
@@ -88,31 +90,45 @@ def _describe_model(experiment: Experiment) -> list[str]:
 
 
 def _expectation(calibration: Calibration) -> list[str]:
+    import numpy as np
+
     from graincal.campaign.expectation import expect
     from graincal.cli.text import duration
     from graincal.execution import available_cores
+    from graincal.campaign.forecast import Forecast
     from graincal.inference import PosteriorFilter
-    from graincal.inference.posterior_filter import REPLICATES
+    from graincal.inference.packings import PLACES, SIBLINGS
 
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
     samples = len(filter.under_way[0])
     # More workers than cores share them.
     at_once = min(workers, available_cores())
-    lines, seconds = [], 0.0
-    for expected in expect(calibration):
+    lines, seconds, extra = [], 0.0, 0.0
+    if calibration.expected_seconds:
+        seconds = calibration.expected_seconds * np.ceil(samples / at_once)
+        lines.append(f"about {duration(calibration.expected_seconds)} for an evaluation, as expected_seconds says")
+    for expected in () if calibration.expected_seconds else expect(calibration):
         if expected.failure:
             return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
         lines.append(f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest')
         seconds += max(expected.seconds / at_once, expected.longest)
+        extra += expected.pilot
     shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
     with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
     if isinstance(filter, PosteriorFilter):
-        most = filter.most_evaluations
-        if most and filter.batch:
-            # Batches are whole, and the runs at the answer come last.
-            most -= (most - samples - REPLICATES) % filter.batch
-        limit = f", at most {most} evaluations, {duration(seconds * max(1.0, most / samples))} {with_workers}" if most else f" {with_workers}"
-        return [*lines, f"Expect {samples} evaluations, about {duration(seconds)}, then {'ever more' if filter.batch is None else filter.batch} in each batch until the posterior has settled{limit}. The filter itself takes some seconds more after each batch."]
+        forecast = Forecast.of(samples, filter.first_batch, filter.most_evaluations)
+        if any(filter.siblings):
+            runs = SIBLINGS * PLACES
+            lines.append(f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes.")
+        known = f" beside the {len(calibration.known)} that are known" if calibration.known else ""
+        most = forecast.at_most
+        limit = f", and ends after {most} at the most, {duration(seconds * most / samples)}" if most else ""
+        hours = f" It begins nothing after {calibration.stop.hours:g} hours." if calibration.stop.hours else ""
+        return [
+            *lines,
+            f"Expect {samples} evaluations that fill the ranges{known}, about {duration(seconds)} {with_workers}. As most do, a calibration settles after some "
+            f"{forecast.evaluations}, about {duration(seconds * forecast.evaluations / samples)}{limit}; the filter itself takes some seconds more after each batch.{hours}",
+        ]
     iterations = calibration.stop.most_iterations
     most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
     return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]

@@ -21,6 +21,7 @@ def resume(
     error: Annotated[str | None, Criterion] = None,
     error_increment: Annotated[str | None, Criterion] = None,
     posterior_shift: Annotated[str | None, Criterion] = None,
+    hours: Annotated[str | None, Criterion] = None,
     workers: Workers = None,
     quiet: Quiet = False,
 ) -> None:
@@ -34,7 +35,7 @@ def resume(
     from graincal.cli.running import fill_and_say, run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
-    given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift}
+    given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift, "hours": hours}
     criteria = {name: _limit(name, text) for name, text in given.items() if text is not None}
     chosen = None if workers is None else parse_workers(workers)
     if is_library(folder):

@@ -26,6 +26,11 @@ class AskTellFilter(ABC):
     _batches: Batches
     _iterations: list[Iteration]
     _stops: dict[str, str]
+    _ended: dict[str, str] = {}
+
+    def end(self, by: str, because: str) -> None:
+        """Ask for no further iteration once the one under way is complete, by a limit that a filter cannot see, such as one in time; because: a clause that says it."""
+        self._ended = {by: because}
 
     @abstractmethod
     def _complete_batch(self, batch: Batch) -> None:

@@ -94,7 +94,7 @@ class IterativeBayesianFilter(AskTellFilter):
         elif iteration.unweighted:
             self._stops = {"effective_sample_size": f"{iteration.unweighted} (iteration {iteration.index})"}
         else:
-            self._stops = self.stop.reached(self._iterations)
+            self._stops = self.stop.reached(self._iterations) | self._ended
         if not self.finished:
             self._propose(iteration)
 

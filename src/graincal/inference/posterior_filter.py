@@ -447,7 +447,7 @@ class PosteriorFilter(AskTellFilter):
                 f"what the emulator does not know moves means and spreads by {self.doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit as "
                 "the posterior says"
             )
-        met |= self._limits()
+        met |= self._limits() | self._ended
         if self._iterations and not self.evaluations.usable.any():
             return {"failures": f"all {self._batches.asked} evaluations failed"}
         return met

@@ -26,6 +26,7 @@ class Stop:
     `max_iterations`: so many iterations are complete, iteration 0 included. None for ITERATIONS by the paper's method and no limit by `PosteriorFilter`.
     `max_evaluations`: the next iteration would bring the evaluations above this. An iteration is never shortened: its number of samples is
     part of the method (Eq. 4).
+    `hours`: so many hours of wall time are over, in all sittings: no further iteration is begun. A campaign looks at the clock, and keeps what that said, so that it can be gone on with.
     `posterior_shift`: for `PosteriorFilter`, which looks at this and the limits alone: what the emulator does not know moves no parameter's posterior mean
     by more than so many standard deviations, nor the logarithm of its spread by more (a standard deviation over what it holds possible); and fresh runs fit as the posterior says.
     Raises InputError for values that are not positive numbers (increments and errors may be 0), and when nothing would ever stop.
@@ -37,6 +38,7 @@ class Stop:
     error_increment: float | Literal[False] = 0.2
     max_iterations: int | Literal[False] | None = None
     max_evaluations: int | Literal[False] = False
+    hours: float | Literal[False] = False
     posterior_shift: float | Literal[False] = 0.25
 
     def __post_init__(self) -> None:
