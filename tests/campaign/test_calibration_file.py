@@ -56,6 +56,14 @@ def test_measurement_errors_are_kept_in_a_laboratory_s_terms(tmp_path):
         assert reference.control_step == 1e-3 and reference.simulated
 
 
+def test_a_reference_is_compared_until_a_strain_and_kept_so(tmp_path):
+    given = read_calibration(write_calibration(tmp_path, ('"reference.csv"', '{ file = "reference.csv", until = 0.1 }')))
+    for calibration in (given, Store.create(given).calibration):
+        reference = calibration.experiments[0].reference
+        np.testing.assert_array_equal(reference.control, STRAIN[STRAIN <= 0.1])
+        assert reference.notes[0] == "5 rows left out beyond until = 0.1, where axial_strain goes on to 0.2: lines 8-12."
+
+
 def test_the_posterior_has_its_own_keys(tmp_path):
     keys = 'method = "posterior"\nfirst_batch = 12\nbatch = 6\ncorrelation_length = 0.1\ndiscrepancy = true'
     given = read_calibration(write_calibration(tmp_path, (THE_PAPERS, keys), ("= 3\ns", "= 3\nposterior_shift = 0.1\ns")))
@@ -118,6 +126,14 @@ def write_triaxial(folder, *replacements):
         (THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false", "\n[stop]\ns = 0.01", 'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations.'),
         ("alpha = 10", "workers = 2", "filter.workers is not a key that is known here, it belongs under [run]."),
         ("[stop]\n", "[stop]\nthin = true\n", "stop.thin is not a key that is known here, it belongs under [filter]."),
+        ("[stop]\n", "[stop]\nuntil = 0.1\n", "stop.until is not a key that is known here, it belongs under [experiment.reference]."),
+        ('name        = "drained"', 'name = "drained"\nuntil = 0.1', 'experiment "drained": until is not a key that is known here, it belongs under [experiment.reference].'),
+        ('"reference.csv"', '{ file = "reference.csv", until = -1 }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not -1.'),
+        ('"reference.csv"', '{ file = "reference.csv", until = "0.1" }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not "0.1".'),
+        ('"reference.csv"', '{ file = "reference.csv", until = inf }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not Infinity.'),
+        ('"reference.csv"', '{ file = "reference.csv", untill = 0.1 }', 'experiment "drained": reference.untill is not a key that is known here (did you mean "until"?), and one of file, columns, units, strain, compression, unloading, until, confining_pressure, control_step, simulated was expected.'),
+        ('"reference.csv"', '{ file = "reference.csv", until = 10 }', 'experiment "drained": {folder}/reference.csv: until = 10 leaves nothing out, where axial_strain goes to 0.2, and a fraction was expected; if 10 % is meant, write 0.1.'),
+        ('"reference.csv"', '{ file = "reference.csv", until = 0.01 }', 'experiment "drained": {folder}/reference.csv: until = 0.01 leaves a single row, where axial_strain goes from 0 to 0.2, and one that leaves at least two was expected.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("alpha = 10", "early_stop = 1", "filter.early_stop must be true or false, not 1."),
         ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift is a criterion of method = "posterior", and "iterative-bayesian" looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations.'),

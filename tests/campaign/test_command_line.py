@@ -24,7 +24,7 @@ from graincal.cli.status import _lines
 from graincal.execution import available_cores
 from graincal.models import TESTS
 
-from .hyperbola import reference, respond, write_calibration
+from .hyperbola import STRAIN, reference, respond, write_calibration
 
 PACKING = Path(demo.__file__).with_name("packing_500.csv")
 TWO_ITERATIONS = ("max_iterations = 3", "max_iterations = 2")
@@ -178,6 +178,17 @@ def test_check_reads_draws_and_estimates(call, tmp_path):
     assert called.code == 0 and (tmp_path / "references.png").stat().st_size > 1000
     for said in ("are taken as logarithmic, since the key strain does not say. With strain =", "parameter strength: 0 to 1", "11 rows, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
         assert said in called.out
+
+
+def test_check_and_the_report_say_what_is_left_out_beyond_until(call, tmp_path):
+    # The soil gives its values at all strains of the file.
+    control = ('"soil:respond"', f'"soil:respond", control = {STRAIN.tolist()}')
+    file = write_calibration(tmp_path, TWO_ITERATIONS, control, ('"reference.csv"', '{ file = "reference.csv", strain = "logarithmic", until = 0.1 }'))
+    said = "5 rows left out beyond until = 0.1, where axial_strain goes on to 0.2: lines 8-12."
+    checked = call("check", file).out
+    assert "6 rows, axial_strain 0 to 0.1\n" in checked and f"  {said}\n" in checked
+    assert call("calibrate", file, "-o", tmp_path / "campaign", "--quiet").code == 0
+    assert said in (tmp_path / "campaign" / "report.html").read_text()
 
 
 def test_check_and_calibrate_note_what_is_seldom_meant(call, tmp_path):

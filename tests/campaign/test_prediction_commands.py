@@ -11,6 +11,7 @@ from graincal.campaign import Result
 from graincal.campaign.comparison import Contender, compare
 from graincal.campaign.learnt import Learnt
 from graincal.cli.compare import _doubts
+from graincal.cli.comparison import calibrated_against
 from graincal.cli.predict import _named
 from graincal.models import StressPathTest
 
@@ -82,6 +83,14 @@ def test_a_test_that_was_fitted_is_not_called_predicted(call, folder):
     called = call("predict", folder / "soil", "--against", folder / "fitted.csv")
     assert called.code == 0
     assert 'The campaign was calibrated against this test ("experiment"): what follows says how it fits, not how it predicts.' in called.out
+
+
+def test_a_test_that_was_fitted_is_known_by_its_beginning(folder):
+    result = gc.Result.read(folder / "soil")
+    for until in (0.05, 0.1):
+        beginning = gc.Reference.read(folder / "fitted.csv", until=until)
+        assert len(beginning.control) < len(STRAIN) and calibrated_against(result, beginning) == "experiment"
+        assert calibrated_against(result, gc.Reference.read(folder / "held_out.csv", until=until)) is None
 
 
 @pytest.mark.parametrize(("option", "name"), [("-o", "campaign.db"), ("-o", "lab.csv"), ("--plot", "figure.png")])

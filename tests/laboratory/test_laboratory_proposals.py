@@ -73,6 +73,12 @@ def test_a_proposal_is_a_complete_calibration(tmp_path: Path) -> None:
     assert "CHECK: cannot be seen from the file" in proposal
 
 
+def test_a_proposal_offers_to_end_before_a_shear_band(tmp_path: Path) -> None:
+    proposal = propose(look(written(SHAPES[0], tmp_path)), strain="logarithmic")
+    assert "until" not in tomllib.loads(proposal)["experiment"][0]["reference"]
+    assert tomllib.loads(proposal.replace("# until", "until"))["experiment"][0]["reference"]["until"] == 0.1
+
+
 def test_what_the_user_knows_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "tests").mkdir()
     calibration, proposal, _ = proposal_of(

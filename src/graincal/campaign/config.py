@@ -77,6 +77,7 @@ class ReferenceFile(Section):
     strain: str | Texts | None = Field(None, description='"logarithmic" or "engineering", or a table of quantities and these')
     compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')
     unloading: Literal["drop"] | None = Field(None, description='"drop"')
+    until: Positive | None = Field(None, description="the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses")
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
     control_step: Positive | None = Field(None, description="the step to which the control was read, above 0, a fraction for strains, in Pa for stresses")
     simulated: bool = Field(False, description="true or false")

@@ -39,8 +39,9 @@ def calibrated_against(result: Result, reference: Reference) -> str | None:
     """The experiment of a campaign whose test this is, and which it therefore cannot be said to predict; None where it is another test."""
 
     def the_same(known: Reference) -> bool:
-        # By what was measured: the same file may have been read by another convention of strain.
-        shared = [(known.observables[name], reference.observables[name]) for name in set(known.names) & set(reference.names)]
+        # By what was measured: the same file may have been read by another convention of strain, and one of the two only to some strain.
+        rows = min(len(known.control), len(reference.control))
+        shared = [(known.observables[name][:rows], reference.observables[name][:rows]) for name in set(known.names) & set(reference.names)]
         return any(np.ptp(values) > 0 and np.array_equal(values, others) for values, others in shared)
 
     return next((experiment.name for experiment in result.experiments if the_same(experiment.reference)), None)

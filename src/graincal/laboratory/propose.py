@@ -248,6 +248,8 @@ def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLi
     if file.loops:
         lines.append(f"# The axial strain turns back at {say_lines(file.loops)}: the backbone is kept.")
         lines.append('unloading   = "drop"')
+    lines.append("# Once a shear band has formed, strains are no longer those of the sample. The last axial strain to compare, as a logarithmic fraction:")
+    lines.append("# until       = 0.1")
     return "\n".join(lines)
 
 

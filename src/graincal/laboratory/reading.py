@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError, MeasurementError, Reference
 from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
-from graincal.laboratory.columns import Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
+from graincal.laboratory.columns import LARGEST_FRACTION, Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
 from graincal.laboratory.quantities import DIMENSIONS, LARGEST_STRESS_RATIO, OBSERVABLES, SIGNED, STRAINS, STRESS_MEASURES, did_you_mean_observable
 from graincal.laboratory.table import Table, read_table
 from graincal.laboratory.units import split_header
@@ -27,6 +27,7 @@ def read_reference(
     strain: str | Mapping[str, str] | None = None,
     compression: str | Mapping[str, str] = "positive",
     unloading: str | None = None,
+    until: float | None = None,
     confining_pressure: float | None = None,
     measurement_errors: Mapping[str, MeasurementError | float] | None = None,
     control_step: float | None = None,
@@ -50,6 +51,9 @@ def read_reference(
         An engineering strain becomes -ln(1 - e), the volumetric one too. Strains of which nothing is said are taken as logarithmic, with a note.
     unloading
         "drop" keeps, of unload-reload loops, the backbone: rows whose control exceeds every earlier one. None refuses loops.
+    until
+        The last control that is compared, above 0, as the reference has it: a logarithmic strain, positive in compression, or Pa. The test ends for graincal
+        where the control first exceeds it, as where a shear band has formed; what follows, unloading too, is left out. None keeps all.
     confining_pressure
         Pa; the constant lateral stress. Used only to make a stress ratio of q or σ1.
     measurement_errors
@@ -58,7 +62,7 @@ def read_reference(
         The step to which the control was read, in its own unit; whether the file is a simulation's.
 
     Rows with an empty cell in a column that is read are dropped, and so are rows where the control stands still (the first of them
-    is kept); the reference's `notes` say how many and which, and what was converted. Raises InputError for everything else.
+    is kept); the reference's `notes` say how many and which, what was left out beyond `until`, and what was converted. Raises InputError for everything else.
     """
     table = read_table(path)
     shares = _observables(table.path, control, observables)
@@ -67,6 +71,7 @@ def read_reference(
     plain_errors = {name: error for name, error in (measurement_errors or {}).items() if not isinstance(error, MeasurementError)}
     _refuse_not_positive(table.path, "measurement_errors", plain_errors)
     _refuse_not_positive(table.path, "control_step", {"": control_step})
+    _refuse_not_positive(table.path, "until", {"": until})
     if unknown := set(measurement_errors or {}) - set(shares):
         raise InputError(f"{table.path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(shares)} was expected.")
 
@@ -86,16 +91,23 @@ def read_reference(
         for name, column in sources.items()
     }
     _refuse_wrong_way(table, sources[control], values[control], conventions)
-    backbone, dropped = _backbone(table, control, values[control], lines, unloading)
+    compared, cut = _until(table, control, values[control], lines, until)
+    backbone, dropped = _backbone(table, control, values[control][compared], lines[compared], unloading)
     return Reference(
-        values[control][backbone],
-        {name: values[name][backbone] for name in shares},
+        values[control][compared][backbone],
+        {name: values[name][compared][backbone] for name in shares},
         None if None in shares.values() else shares,
         measurement_errors,
         control_name=control,
         control_step=control_step or 0.0,
         simulated=simulated,
-        notes=(*_gaps(table, printed, complete), *dropped, *_conversions(sources, conventions, confining_pressure), *_open_measures(plain, conventions)),
+        notes=(
+            *_gaps(table, printed, complete),
+            *cut,
+            *dropped,
+            *_conversions(sources, conventions, confining_pressure),
+            *_open_measures({quantity: column[compared] for quantity, column in plain.items()}, conventions),
+        ),
     )
 
 
@@ -191,6 +203,30 @@ def _refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64]
             f"{table.path}: {name} falls throughout, from {control[0]:g} to {end:g}, and was expected to increase:"
             " the rows seem to stand in reverse, so put them in the order of the test."
         )
+
+
+def _until(table: Table, name: str, control: NDArray[np.float64], lines: list[int], until: float | None) -> tuple[slice, list[str]]:
+    """The rows up to the first whose control (T,) exceeds `until`, and what to say of the others."""
+    if until is None:
+        return slice(None), []
+    # A value that is printed in percent may come out in its last digit above the fraction that was meant.
+    beyond = np.flatnonzero(control > until * (1 + 1e-12))
+    if not beyond.size:
+        largest = float(np.max(control))
+        if name in STRAINS and until > LARGEST_FRACTION:
+            raise InputError(
+                f"{table.path}: until = {until:g} leaves nothing out, where {name} goes to {largest:.4g}, and a fraction was expected; if {until:g} % is meant, write {until / 100:g}."
+            )
+        return slice(None), [f"nothing is left out by until = {until:g}, which no row lies beyond: {name} goes to {largest:.4g}."]
+    first = int(beyond[0])
+    kept = int(np.sum(~(turned_back(control[:first]) | repeated(control[:first])))) if first else 0
+    if kept < 2:
+        left = "a single row" if kept else "no row"
+        raise InputError(
+            f"{table.path}: until = {until:g} leaves {left}, where {name} goes from {np.min(control):.4g} to {np.max(control):.4g}, and one that leaves at least two was expected."
+        )
+    rest = np.arange(len(control)) >= first
+    return slice(first), [f"{_rows(rest)} left out beyond until = {until:g}, where {name} goes on to {np.max(control):.4g}: {say_lines(spans(rest, lines))}."]
 
 
 def _backbone(
