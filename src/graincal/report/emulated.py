@@ -15,9 +15,9 @@ from graincal.inference.emulation import Emulation
 from graincal.inference.error_model import measurement_errors
 from graincal.inference.explore import explore
 from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.posterior import PROBABILITY
 from graincal.inference.proposal import systematic_resampling
 from graincal.inference.sensitivity import evidence_of_half_ranges, under_other_errors
-from graincal.report.findings import PROBABILITY
 from graincal.report.groups import Group, find_groups
 
 UNSURE = 10.0

@@ -12,12 +12,13 @@ from graincal.campaign import Calibration, Experiment, Result
 from graincal.campaign.calibration import CRITERIA
 from graincal.campaign.errors import describe_errors
 from graincal.inference import PosteriorFilter
+from graincal.inference.posterior import PROBABILITY
 from graincal.models import StressPathTest
-from graincal.report import numbers
+from graincal.notation import numbers
+from graincal.notation.quantities import parameters, quantity
 from graincal.report.emulated import Emulated
-from graincal.report.findings import PROBABILITY, Finding, signed
+from graincal.report.findings import Finding
 from graincal.report.groups import find_groups
-from graincal.report.quantities import parameters, quantity
 from graincal.report.run_times import failure_kinds
 
 
@@ -99,7 +100,7 @@ def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
         strongest = int(np.argmax(np.abs(correlation[k])))
         row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k])]
         row += [numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
-        row.append(f"{signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
+        row.append(f"{numbers.signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
         rows.append((*row, verdicts[k]))
     return Table((*head, "strongest correlation", "verdict"), tuple(rows))
 

@@ -6,11 +6,12 @@ import numpy as np
 
 from graincal.campaign import Result
 from graincal.inference.early_stop import MOST_DROPPED
+from graincal.inference.posterior import PROBABILITY
 from graincal.models import StressPathTest
-from graincal.report import numbers
+from graincal.notation import numbers
+from graincal.notation.quantities import Quantity, parameters, quantity
 from graincal.report.emulated import Emulated, allows_discrepancy
-from graincal.report.findings import FEW, PROBABILITY, signed
-from graincal.report.quantities import Quantity, parameters, quantity
+from graincal.report.findings import FEW
 
 IDENTIFIED, WEAKLY = 0.3, 0.7
 """Posterior over prior standard deviation, below which a parameter is identified, and up to which weakly."""
@@ -195,7 +196,7 @@ def _ridges(emulated: Emulated) -> str:
     pairs = [(correlation[i, j], i, j) for i in range(len(labels)) for j in range(i) if abs(correlation[i, j]) > RIDGE]
     if not pairs:
         return ""
-    listed = ", ".join(f"{labels[j]} and {labels[i]} ({signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
+    listed = ", ".join(f"{labels[j]} and {labels[i]} ({numbers.signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
     return f"{listed}: what such a pair shares is known better than either of the two alone."
 
 
