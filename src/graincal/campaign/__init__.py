@@ -9,11 +9,12 @@ if TYPE_CHECKING:
     from graincal.campaign.experiment import Experiment, Model
     from graincal.campaign.listener import Listener
     from graincal.campaign.prediction import Prediction, predict
+    from graincal.campaign.remark import Remark
     from graincal.campaign.result import Answer, Candidate, Result
     from graincal.campaign.running import begin, calibrate, resume
     from graincal.campaign.trouble import FolderError
 
-__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Result", "begin", "calibrate", "predict", "resume"]
+__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Remark", "Result", "begin", "calibrate", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -22,6 +23,7 @@ __getattr__ = exported(
         "graincal.campaign.experiment": ["Experiment", "Model"],
         "graincal.campaign.listener": ["Listener"],
         "graincal.campaign.prediction": ["Prediction", "predict"],
+        "graincal.campaign.remark": ["Remark"],
         "graincal.campaign.result": ["Answer", "Candidate", "Result"],
         "graincal.campaign.running": ["begin", "calibrate", "resume"],
         "graincal.campaign.trouble": ["FolderError"],

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from graincal.campaign.remarks import RIDGE
 from graincal.data import Response
 from graincal.inference.posterior import PROBABILITY
 from graincal.notation import numbers
@@ -15,7 +16,6 @@ from graincal.report.emulated import DRAWN, Emulated
 from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_parameter, truth_of_pair
 from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, REFERENCE, THRESHOLD, VERMILLION, Style
 from graincal.report.responses import control_axis, prefix
-from graincal.report.verdict import RIDGE
 
 _MOST = f"{100 * PROBABILITY:.0f} %"
 _BINS = 24
