@@ -120,7 +120,7 @@ def write_triaxial(folder, *replacements):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter, first_look was expected."),
+        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter, first_look, runs was expected."),
         (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter was expected.'),
         ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance, thin was expected.'),
         (THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false", "\n[stop]\ns = 0.01", 'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations.'),

@@ -126,10 +126,10 @@ def test_status_is_a_contract(campaign, call):
     found = json.loads(call("status", campaign, "--json").out)
     assert list(found) == [
         "folder", "state", "graincal", "started", "updated", "method", "seed", "parameters", "experiments", "evaluations", "failures", "stopped",
-        "first_look", "iteration", "iterations", "best", "most_probable", "answer", "settled", "posterior", "stopped_by", "stopped_because", "seconds", "seconds_left",
+        "first_look", "iteration", "iterations", "best", "most_probable", "answer", "settled", "posterior", "fits_about_as_well", "remarks", "stopped_by", "stopped_because", "seconds", "seconds_left",
     ]  # fmt: skip
     assert (found["state"], found["evaluations"], found["stopped_by"], found["seconds_left"]) == ("finished", 40, "max_iterations", 0.0)
-    assert found["settled"] is False and found["posterior"] is None
+    assert found["settled"] is False and found["posterior"] is None and found["fits_about_as_well"] is None and found["remarks"] == []
     assert found["iteration"] == {"index": 1, "samples": 20, "evaluated": 20, "failed": 0, "stopped": 0}
     figures = ["index", "samples", "failed", "stopped", "s", "s_per_state", "effective_sample_size", "gl_error", "error", "smallest_error", "best_error"]
     assert list(found["iterations"][0]) == figures

@@ -67,6 +67,7 @@ def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
     assert engine.runs == SIBLINGS * PLACES and engine.prepared == 1
     assert result.evaluations == len(result.samples) == status(tmp_path / "campaign")["evaluations"] and result.ids.min() == 0
     (scatter,) = result.knowledge.packings
+    assert result.learnt[-1].siblings == (scatter.packings,) == (SIBLINGS,) and result.learnt[-1].apart == (scatter.apart,)
     # Six strengths from 0.875 to 1.125 of the own one, at each of the places: what they keep from place to place.
     last = frictional.STRAIN[-1] * np.unique(result._store.samples(STUDY).theta[:, 0]) / 10
     assert np.sqrt(scatter.covariance[19, 19]) == pytest.approx(np.std(0.05 * np.arange(6), ddof=1) * np.sqrt(np.mean(last**2)), rel=0.1)

@@ -3,6 +3,8 @@
 import json
 import os
 import sqlite3
+from copy import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,10 +12,12 @@ import pytest
 import graincal as gc
 from graincal.campaign import Calibration
 from graincal.campaign.export import export_csv
+from graincal.campaign.learnt import Learnt
 from graincal.campaign.status import status
 from graincal.campaign.replay import tell
 from graincal.campaign.store import Store
 from graincal.cli.check import _describe, _expectation
+from graincal.inference.likely_runs import likely_runs
 from graincal.report import summarise
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
@@ -68,6 +72,26 @@ def test_the_runs_at_the_answer_move_nothing(result):
     assert np.isnan(first) and np.isfinite(second) and np.isnan(answer)
 
 
+def test_runs_that_fit_about_as_well_are_stored_with_each_batch(result):
+    known = result.knowledge
+    again = likely_runs(known.evaluations, known.kept, known.errors, at_answer=3)
+    assert result.fits_about_as_well == again == result.learnt[-1].fits_about_as_well
+    # This model does not scatter, and its answer is the truth.
+    assert again.repeated == 0 and again.count >= 3 and all(low <= at <= high for low, at, high in zip(again.low, result.answer.theta, again.high))
+    before = copy(result)
+    before.learnt = tuple(replace(each, fits_about_as_well=None) for each in result.learnt)
+    assert before.fits_about_as_well == again
+    first = likely_runs(known.evaluations.first(8), known.kept, known.errors)
+    assert result.learnt[0].fits_about_as_well == first
+
+
+def test_what_was_learnt_is_restored_also_from_before_some_of_it_was_kept(result):
+    last = result.learnt[-1]
+    assert Learnt.restore(json.loads(json.dumps(last.plain(), allow_nan=False))) == last
+    of_before = {name: value for name, value in last.plain().items() if name not in ("siblings", "apart", "fits_about_as_well")}
+    assert Learnt.restore(of_before) == replace(last, siblings=(), apart=(), fits_about_as_well=None)
+
+
 def test_infeasible_parameters_are_told_as_such(result):
     impossible = result.samples.sum(axis=1) > 1.5
     assert impossible.any()
@@ -103,6 +127,9 @@ def test_the_folder_tells_all_of_it(folder, result, tmp_path):
     first, second, last = found["iterations"]
     assert first["posterior_shift"] is None and second["posterior_shift"] == result.learnt[1].posterior_shift and second["held_out_error"] < 0.1
     assert last["log_evidence"] == result.log_evidence and first["s"] is None
+    fits = result.fits_about_as_well
+    assert found["fits_about_as_well"] == {"runs": fits.count, "enough": fits.enough, "range": {name: [low, high] for name, low, high in zip(SPACE.names, fits.low, fits.high)}}
+    assert [each["code"] for each in found["remarks"]][:1] == ["preliminary"] and found["remarks"][-1]["code"] == "stopped"
     curve = np.genfromtxt(folder / "curves" / "experiment_answer.csv", delimiter=",", names=True)
     # Of one of the three runs there, a millionth of the ranges apart.
     np.testing.assert_allclose(curve["stress_ratio"], respond(result.answer.theta)["stress_ratio"], rtol=1e-5)

@@ -44,7 +44,7 @@ def test_a_density_far_from_the_posterior_does_no_harm():
         return -0.5 * np.sum(((unit - BROAD[0]) / BROAD[1]) ** 2, axis=1) - 5 * np.log(BROAD[1] * np.sqrt(2 * np.pi))
 
     found = explore(SPACE, broad, np.random.default_rng(1), near=about(*NARROW))
-    assert found.effective_sample_size > 400 and found.log_evidence == pytest.approx(0, abs=0.05)
+    assert found.effective_samples > 400 and found.log_evidence == pytest.approx(0, abs=0.05)
     np.testing.assert_allclose(found.weights @ found.theta, BROAD[0], atol=0.02)
 
 
@@ -53,7 +53,7 @@ def test_a_density_that_cannot_be_drawn_from_is_left_out():
     with pytest.raises(ProposalOutsideBox):
         far.draw(1, np.random.default_rng(1))
     found = explore(SPACE, lambda unit: -0.5 * np.sum(((unit - 0.4) / 0.1) ** 2, axis=1), np.random.default_rng(1), near=far)
-    assert not found.tempered and found.effective_sample_size > 1000
+    assert not found.tempered and found.effective_samples > 1000
 
 
 def test_draws_that_no_mixture_fits_stand_where_tempering_has_lost_what_they_found(monkeypatch):

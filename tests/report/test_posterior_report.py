@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.campaign.remarks import remarks
 from graincal.report import summarise, tables, verdict, with_matplotlib, write_report
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Points
@@ -35,9 +36,22 @@ def emulated(result):
     return Emulated.of(result)
 
 
-def test_it_says_which_parameters_are_identified(emulated):
+def settled(result):
+    """The result, had its posterior settled."""
+    other = copy(result)
+    other.stopped_by = "posterior_shift"
+    return other
+
+
+def test_it_says_which_parameters_are_identified_once_it_has_settled(result, emulated):
     # Stress tells phi alone, volume psi alone, nothing the third.
-    assert verdict.verdicts(emulated) == ("identified", "identified", "not identified")
+    known = Emulated(settled(result), emulated.emulation)
+    assert verdict.verdicts(known) == ("identified", "identified", "not identified")
+    assert "Identified: φ and ψ. Not identified: η_{m}." in dict(verdict.found(known.result, known))["Identifiability"]
+    assert verdict.verdicts(emulated) == ("not settled",) * 3
+    table = tables.of_identified(emulated, verdict.verdicts(emulated))
+    assert not any("identified" in cell for row in (table.head, *table.rows) for cell in row) and "90 % interval so far" in table.head
+    assert "90 % interval" in tables.of_identified(known, verdict.verdicts(known)).head
     assert emulated.shrinkage[2] == pytest.approx(1, abs=0.15)
     stress, volume = emulated.alone[0, "stress_ratio"], emulated.alone[0, "volumetric_strain"]
     assert stress[0] < 0.1 < 0.8 < volume[0] and volume[1] < 0.1 < 0.8 < stress[1]
@@ -62,12 +76,12 @@ def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(resu
     assert page.headings == [
         "What was found", "Reference and responses", "Parameters", "Posterior", "Evaluations and emulator", "Fabric", "Run times and failures", "Provenance"
     ]  # fmt: skip
-    for words in ("φ is identified: ", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "are alike: the model does not scatter", "log p(reference) =", "Hartmann, Cheng and Thornton (2022)"):
+    for words in ("φ, so far: ", "cannot be said yet", "Runs that fit about as well: ", "runs that fit about as well", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "are alike: the model does not scatter", "log p(reference) =", "Hartmann, Cheng and Thornton (2022)"):
         assert words in text, words
-    assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "fit about as well", "most probable sample"))
+    assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "percentage points above the smallest", "most probable sample"))
     assert page.loaded == []
     first, second = summarise(result).splitlines()[:2]
-    assert first.startswith("Preliminary: the posterior has not settled.") and second.startswith("φ is identified: ")
+    assert first.startswith("Preliminary: the posterior has not settled.") and second.startswith("φ, so far: ")
 
 
 def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulated):
@@ -127,14 +141,12 @@ def moved(iteration, theta):
 
 
 def test_when_not_to_trust_it_is_said(result, emulated):
-    def said(emulation=None, **changes):
+    def said(found=None, emulators=emulated.emulation.emulators, **changes):
         doubtful = copy(result)
-        for name, value in changes.items():
+        for name, value in {"found": replace(result.found, **found or {}), **changes}.items():
             setattr(doubtful, name, value)
-        other = copy(emulated)
-        other.__dict__.pop("unsure", None)
-        other.emulation = replace(emulated.emulation, **emulation or {})
-        return " ".join(verdict.doubts(doubtful, other))
+        other = Emulated(doubtful, replace(emulated.emulation, emulators=emulators))
+        return " ".join(each.text for each in remarks(doubtful, other.known))
 
     def off(percent):
         """The last runs, which are those at the answer, so much further from the reference."""
@@ -149,10 +161,10 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "The emulator predicts held-out runs no better than their mean does" in said({"held_out": (0.3,), "of_mean": (0.2,)})
     doubting = copy(emulated.emulation.emulators[0])
     doubting.inflation = 1e6 * doubting.inflation
-    assert "100 % of the probability lies where too few runs were made" in said({"emulators": (doubting,)})
+    assert "100 % of the probability lies where too few runs were made" in said(emulators=(doubting,))
     assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})
-    assert "has not settled: the emulator predicts nothing by which to tell" in said(stopped_by=None, found=replace(result.found, of_mean=(0.0001,)))
+    assert "has not settled: the emulator predicts nothing by which to tell" in said({"of_mean": (0.0001,)}, stopped_by=None)
     assert "The posterior has not settled" in said(stopped_by=None, calibration=replace(result.calibration, stop=gc.Stop(posterior_shift=0)))
     assert "% of the evaluations failed" in said(failed=np.arange(len(result.failed)) % 2 == 0)
     assert "the model cannot reproduce the test that well" in said(iterations=off(60))
@@ -160,9 +172,9 @@ def test_when_not_to_trust_it_is_said(result, emulated):
 
 def test_a_standard_deviation_that_far_samples_make_is_explained(emulated):
     def said(samples):
-        other = copy(emulated)
-        other.posterior = gc.Posterior(samples=samples, weights=np.full(len(samples), 1 / len(samples)), names=emulated.posterior.names)
-        return dict(verdict.found(other.result, other))["Parameters"][0]
+        other, explored = copy(emulated.result), emulated.result.found.explored
+        other.found = replace(emulated.result.found, explored=replace(explored, theta=samples, log_weights=np.zeros(len(samples))))
+        return next(each.text for each in remarks(other) if each.numbers.get("parameter") == "phi")
 
     near = 30 + 0.1 * np.random.default_rng(1).standard_normal((len(emulated.posterior.samples), 3))
     far = near.copy()
@@ -194,14 +206,12 @@ def test_a_sample_that_is_closer_than_scatter_explains_is_not_called_lucky(resul
 
 def test_what_may_yet_move_is_said_first(result, emulated):
     assert verdict.found(result, emulated)[0] == ("Caution", ("Preliminary: the posterior has not settled. What follows may yet move.",))
-    settled = copy(result)
-    settled.stopped_by = "posterior_shift"
-    assert verdict.found(settled, emulated)[0][0] == "Parameters"
+    assert verdict.found(settled(result), emulated)[0][0] == "Parameters"
     unsure = copy(emulated)
     unsure.__dict__["unsure"] = 0.97
-    assert verdict.found(result, unsure)[0][1][0].startswith("Preliminary: 97 % of the probability lies where too few runs were made.")
+    assert "97 % of the probability lies where too few runs were made: it may move by more than its intervals say." in verdict.found(result, unsure)[0][1][0]
     # What is known is not preliminary.
-    assert verdict.found(settled, unsure)[0][0] == "Parameters"
+    assert verdict.found(settled(result), unsure)[0][0] == "Parameters"
 
 
 def test_before_the_end_it_says_what_is_known_so_far(result, tmp_path):

@@ -10,11 +10,12 @@ if TYPE_CHECKING:
     from graincal.campaign.library import explore
     from graincal.campaign.listener import Listener
     from graincal.campaign.prediction import Prediction, predict
+    from graincal.campaign.remark import Remark
     from graincal.campaign.result import Answer, Candidate, Result
     from graincal.campaign.running import begin, calibrate, resume
     from graincal.campaign.trouble import FolderError
 
-__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Result", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Remark", "Result", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -24,6 +25,7 @@ __getattr__ = exported(
         "graincal.campaign.library": ["explore"],
         "graincal.campaign.listener": ["Listener"],
         "graincal.campaign.prediction": ["Prediction", "predict"],
+        "graincal.campaign.remark": ["Remark"],
         "graincal.campaign.result": ["Answer", "Candidate", "Result"],
         "graincal.campaign.running": ["begin", "calibrate", "resume"],
         "graincal.campaign.trouble": ["FolderError"],

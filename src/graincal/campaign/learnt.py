@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from graincal.inference import PosteriorFilter
+from graincal.inference.likely_runs import LikelyRuns, likely_runs
 
 
 @dataclass(frozen=True)
@@ -19,10 +20,12 @@ class Learnt:
     posterior_shift: how far the batch moved the posterior, in standard deviations (`PosteriorFilter.shift`), and nothing of the runs at the answer. held_out_error: the emulators' error near the
     posterior, as a part of the spread of the responses, of the worst experiment; held_out_ratio: over that of predicting each evaluation by the mean of all. coverage: the part
     of the evaluations nearest to the reference within their 90 % intervals.
-    log_evidence with its standard deviation, the emulators' doubt included. effective_sample_size: of the evaluations, as a number of them. pareto_k: of their weights.
+    log_evidence with its standard deviation, the emulators' doubt included. effective_runs: how many evaluations of equal weight those in the posterior amount to. pareto_k: of their weights.
     dropped: the part of the posterior's probability that those which were stopped early hold at most. doubt: how far what the emulators do not know may move means or spreads, in
     standard deviations (`sensitivity.Doubt`); confirmed: what the latest fresh runs left of the posterior's probability (`PosteriorFilter.confirmed`).
     mean, std, low, high, answer: of each parameter, the posterior's moments, the ends of its central interval of 90 %, and where the answer is; () where there is nothing.
+    siblings, apart: of each experiment, how many packings like its own were run, 0 where none could be, and how far its own is from their mean (`PackingScatter`), NaN where that is not known;
+    () in campaigns that were stored before it was kept. fits_about_as_well: the runs that fit about as well as the answer; None where no run has a response, and in those campaigns.
     """
 
     posterior_shift: float = math.nan
@@ -30,7 +33,7 @@ class Learnt:
     coverage: float = math.nan
     log_evidence: float = math.nan
     log_evidence_std: float = math.nan
-    effective_sample_size: float = math.nan
+    effective_runs: float = math.nan
     pareto_k: float = math.nan
     dropped: float = math.nan
     held_out_ratio: float = math.nan
@@ -41,6 +44,9 @@ class Learnt:
     low: tuple[float, ...] = ()
     high: tuple[float, ...] = ()
     answer: tuple[float, ...] = ()
+    siblings: tuple[int, ...] = ()
+    apart: tuple[float, ...] = ()
+    fits_about_as_well: LikelyRuns | None = None
 
     @property
     def predicts(self) -> bool:
@@ -51,35 +57,52 @@ class Learnt:
     def of(cls, filter: PosteriorFilter) -> Learnt:
         """After the filter's last complete batch."""
         emulation, shift = filter.emulation, math.nan if filter.answered else filter.shift()
+        without_emulator = {
+            "siblings": tuple(known.packings if known else 0 for known in filter.packings),
+            "apart": tuple(known.apart if known else math.nan for known in filter.packings),
+            "fits_about_as_well": likely_runs(filter.evaluations, filter.kept, filter.errors, len(filter.iterations[-1].samples) if filter.answered else 0),
+        }
         if emulation is None:
-            return cls()
-        deviation = float(np.hypot(filter.doubt.log_evidence.std(), emulation.explored.log_evidence_std))
+            return cls(**without_emulator)
         posterior = emulation.posterior
-        low, high = posterior.interval(0.9)
+        low, high = posterior.interval()
+        moments = {"mean": posterior.mean(), "std": posterior.std(), "low": low, "high": high, "answer": emulation.answer}
         return cls(
-            shift if math.isfinite(shift) else math.nan,
-            max(emulation.held_out),
-            emulation.coverage,
-            emulation.log_evidence,
-            deviation,
-            emulation.effective_sample_size,
-            emulation.pareto_k,
-            emulation.dropped,
-            emulation.held_out_ratio,
-            filter.doubt.most,
-            filter.confirmed,
-            *(tuple(map(float, each)) for each in (posterior.mean(), posterior.std(), low, high, emulation.answer)),
+            posterior_shift=shift if math.isfinite(shift) else math.nan,
+            held_out_error=max(emulation.held_out),
+            coverage=emulation.coverage,
+            log_evidence=emulation.log_evidence,
+            log_evidence_std=float(np.hypot(filter.doubt.log_evidence.std(), emulation.explored.log_evidence_std)),
+            effective_runs=emulation.effective_runs,
+            pareto_k=emulation.pareto_k,
+            dropped=emulation.dropped,
+            held_out_ratio=emulation.held_out_ratio,
+            doubt=filter.doubt.most,
+            confirmed=filter.confirmed,
+            **{name: tuple(map(float, values)) for name, values in moments.items()},
+            **without_emulator,
         )
 
     def figures(self) -> dict[str, float | None]:
         """The single figures as JSON has them: None for NaN."""
-        return {name: float(value) if math.isfinite(value) else None for name, value in asdict(self).items() if not isinstance(value, tuple)}
+        return {name: _or_none(float(value)) for name, value in vars(self).items() if not isinstance(value, tuple) and name != "fits_about_as_well"}
 
     def plain(self) -> dict[str, Any]:
         """All of it as JSON has it."""
-        return self.figures() | {name: list(value) for name, value in asdict(self).items() if isinstance(value, tuple)}
+        several = {name: [_or_none(each) for each in value] for name, value in vars(self).items() if isinstance(value, tuple)}
+        return self.figures() | several | {"fits_about_as_well": self.fits_about_as_well and asdict(self.fits_about_as_well)}
 
     @classmethod
     def restore(cls, plain: Mapping[str, Any]) -> Learnt:
         """What `plain` made."""
-        return cls(**{name: math.nan if value is None else tuple(value) if isinstance(value, list) else value for name, value in plain.items()})
+        restored = {name: _restored(value) for name, value in plain.items() if name != "fits_about_as_well"}
+        fits = plain.get("fits_about_as_well")
+        return cls(**restored, fits_about_as_well=fits and LikelyRuns(**{name: _restored(value) for name, value in fits.items()}))
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _restored(value: float | list[float | None] | None) -> float | tuple[float, ...]:
+    return math.nan if value is None else tuple(map(_restored, value)) if isinstance(value, list) else value

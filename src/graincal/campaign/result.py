@@ -15,12 +15,15 @@ from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.packings import TROUBLE
+from graincal.campaign.remark import Remark
+from graincal.campaign.remarks import remarks
 from graincal.campaign.replay import knowledge, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
 from graincal.inference import Grade, Posterior, Stop, grade
 from graincal.inference.emulation import Emulation, Found
 from graincal.inference.knowledge import Knowledge
+from graincal.inference.likely_runs import LikelyRuns, likely_runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,6 +225,32 @@ class Result:
         if self.has_posterior:
             return self.found.posterior if self.found else None
         return next((iteration.posterior for iteration in reversed(self.iterations) if not iteration.unweighted), None)
+
+    @property
+    def shrinkage(self) -> NDArray[np.float64]:
+        """The posterior's standard deviation over the prior's, (n,): near 1 nothing was learnt. Only where there is a posterior."""
+        return self.posterior.std() * np.sqrt(12) / (self.space.high - self.space.low)
+
+    @property
+    def fits_about_as_well(self) -> LikelyRuns | None:
+        """The runs whose log likelihood is within two standard deviations of that of repeated runs at the answer, or above, and the values that they have: by the method "posterior",
+        at any moment, settled or not, and by no emulator. None by other methods, and where no run has a response. `likely_runs` says what it is before the answer is run again."""
+        if not self.has_posterior:
+            return None
+        if stored := self.learnt[-1].fits_about_as_well:
+            return stored
+        # Nothing is stored where no run has a response, and in campaigns of before it was.
+        known, answer = self.knowledge, self.answer
+        return likely_runs(known.evaluations, known.kept, known.errors, len(answer.samples) if answer else 0)
+
+    @cached_property
+    def remarks(self) -> tuple[Remark, ...]:
+        """What was found, why not to trust it and what it takes for granted, by the method "posterior": what the report says of it, as records with codes. None by other
+        methods. It takes some seconds, for the emulators are made again."""
+        from graincal.report.emulated import Emulated
+
+        emulated = Emulated.of(self)
+        return remarks(self, emulated.known if emulated else None)
 
     @cached_property
     def grade(self) -> Grade | None:

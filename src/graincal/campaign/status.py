@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from graincal.campaign.log import is_running
+from graincal.campaign.remarks import remarks
 from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.running import LOOK
@@ -29,10 +30,15 @@ def status(folder: str | Path) -> dict[str, Any]:
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
     With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped, held_out_ratio, doubt, confirmed} (`Learnt`), and
-    effective_sample_size is a number of evaluations.
+    effective_runs}, a number of evaluations.
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
     answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} of the method "posterior", once it is known; errors is empty, mean and spread are None, until the campaign has run it again.
     settled: whether the campaign ended because its posterior was known. posterior: {mean, std: {parameter: value}, interval_90: {parameter: [low, high]}} of the method "posterior", by what is known so far.
+    fits_about_as_well: {runs, enough, range: {parameter: [low, high]}} of the method "posterior" (`Result.fits_about_as_well`): how many runs fit about as well as the answer,
+    and the values that they have; `enough` is false where they are too few to outline a range.
+    remarks: [{code, level, text, numbers}] of the method "posterior": what is to be said of it, in the order of the report; empty before a batch is complete. A code never changes
+    its meaning, and `graincal.campaign.remark.CODES` has all of them; level is "finding", "doubt" or "condition"; text is one or two sentences in plain characters; numbers is
+    what they rest on. What takes emulators to tell is not among them (`BY_EMULATORS`): `Result.remarks` has it too.
     stopped_by, stopped_because: the criterion and a sentence.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
     """
@@ -62,6 +68,8 @@ def status(folder: str | Path) -> dict[str, Any]:
         "answer": _answer(result) if result else None,
         "settled": store.meta("stopped_by") == "posterior_shift",
         "posterior": _posterior(result) if result else None,
+        "fits_about_as_well": _fits(result) if result else None,
+        "remarks": [each.as_json() for each in remarks(result)] if result else [],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
         "seconds": sum(seconds),
@@ -105,6 +113,14 @@ def _posterior(result: Result) -> dict[str, Any] | None:
         "std": dict(zip(names, learnt.std)),
         "interval_90": {name: [low, high] for name, low, high in zip(names, learnt.low, learnt.high)},
     }
+
+
+def _fits(result: Result) -> dict[str, Any] | None:
+    # What was not stored with the batch takes longer than a status may.
+    fits = result.learnt[-1].fits_about_as_well if result.learnt else None
+    if fits is None:
+        return None
+    return {"runs": fits.count, "enough": fits.enough, "range": {name: [low, high] for name, low, high in zip(result.space.names, fits.low, fits.high)}}
 
 
 def _figures(iteration: Iteration, best: float) -> dict[str, Any]:

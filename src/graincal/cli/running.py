@@ -67,9 +67,10 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
 
 def show(result: Result, folder: Path, console: Console) -> None:
     """The result in words and a table of the parameters."""
-    from graincal.report import numbers, summarise
+    from graincal.notation import numbers
+    from graincal.report import summarise
     from graincal.report.close_fits import MARGIN, close_fits
-    from graincal.report.markup import to_plain
+    from graincal.notation.markup import to_plain
 
     console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
     stopped = f", {result.stopped.sum()} stopped early, for they could not matter any more" if result.stopped.any() else ""

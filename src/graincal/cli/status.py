@@ -9,6 +9,9 @@ import typer
 
 from graincal.cli.options import Folder
 
+_FITTING = ("fits-about-as-well", "few-fit-about-as-well")
+"""Beside doubts, what a person is told of a posterior's remarks: it holds while nothing else does yet."""
+
 
 def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False) -> None:
     """Say how far a campaign is, also while it runs elsewhere."""
@@ -50,6 +53,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
         if candidate := status[word]:
             theta = ", ".join(f"{name} {value:.4g}" for name, value in candidate["theta"].items())
             lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {theta}")
+    lines += [each["text"] for each in status["remarks"] if each["code"] in _FITTING or (each["level"] == "doubt" and each["code"] != "preliminary")]
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
     elif status["state"] == "interrupted":

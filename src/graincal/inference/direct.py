@@ -30,7 +30,7 @@ class Weighed:
     log_evidence: float
 
     @property
-    def effective_sample_size(self) -> float:
+    def effective_samples(self) -> float:
         """Under the likelihood itself, as a number of evaluations."""
         return float(np.exp(-logsumexp(2 * (self.log_weights - logsumexp(self.log_weights)))))
 

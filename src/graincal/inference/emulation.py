@@ -45,7 +45,7 @@ class Found:
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses; of_mean (E,): the
     error there if each were predicted by the mean of all.
     weights (N,): of the evaluations themselves, zero where they carry none;
-    effective_sample_size, a number of evaluations, and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
+    effective_runs and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
     the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
     posterior's probability that evaluations which were stopped hold at most. doubt: how much what the emulators do not know may move it. kernels (E,): those of the emulators, and cheaper, of a first look's where there was one. lost: the part of the posterior's
     probability that lies where runs fail for another reason than that parameters are infeasible. of_impossible: the kernel of the chance of that, or none.
@@ -77,8 +77,8 @@ class Found:
         return self.explored.log_evidence
 
     @property
-    def effective_sample_size(self) -> float:
-        """Of the evaluations, as a number of them."""
+    def effective_runs(self) -> float:
+        """How many evaluations of equal weight they amount to."""
         return float(1 / np.sum(self.weights**2)) if self.weights.any() else 0.0
 
     @property

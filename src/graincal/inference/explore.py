@@ -47,7 +47,7 @@ class Explored:
         return normalised(self.log_weights)
 
     @property
-    def effective_sample_size(self) -> float:
+    def effective_samples(self) -> float:
         """As a number of samples."""
         return float(1 / np.sum(self.weights**2))
 
@@ -79,10 +79,10 @@ def explore(
     draws = _Draws(space, log_likelihood, power)
     if near is not None and not thorough:
         draws.add(near, rng)
-        while draws.proposals and len(draws.proposals) < MOST_ROUNDS and (len(draws.proposals) < 2 or draws.effective_sample_size < EFFECTIVE):
+        while draws.proposals and len(draws.proposals) < MOST_ROUNDS and (len(draws.proposals) < 2 or draws.effective_samples < EFFECTIVE):
             if not draws.add(DefensiveMixture.fitted(space, draws.theta, draws.weights, rng), rng):
                 break
-        if draws.effective_sample_size >= TOO_FEW:
+        if draws.effective_samples >= TOO_FEW:
             return draws.explored()
         draws = _Draws(space, log_likelihood, power)
     found = temper(log_likelihood, space.size, PARTICLES, rng, power=power)
@@ -91,10 +91,10 @@ def explore(
     for proposal in (fitted,) if near is None else (near, fitted):
         draws.add(proposal, rng)
     least = len(draws.proposals) + 1
-    while draws.proposals and (len(draws.proposals) < least or (len(draws.proposals) < MOST_ROUNDS and draws.effective_sample_size < EFFECTIVE)):
+    while draws.proposals and (len(draws.proposals) < least or (len(draws.proposals) < MOST_ROUNDS and draws.effective_samples < EFFECTIVE)):
         if not draws.add(DefensiveMixture.fitted(space, draws.theta, draws.weights, rng, wide), rng):
             break
-    if draws.effective_sample_size >= TOO_FEW:
+    if draws.effective_samples >= TOO_FEW:
         return draws.explored()
     tempered = _tempered(space, [found, temper(log_likelihood, space.size, PARTICLES, rng, power=power)], draws.proposals[-1] if draws.proposals else fitted)
     lost = draws.log_evidence - 3 * draws.log_evidence_std > tempered.log_evidence + MOST_LOST
@@ -114,7 +114,7 @@ class _Draws:
         return normalised(self.log_weights)
 
     @property
-    def effective_sample_size(self) -> float:
+    def effective_samples(self) -> float:
         return float(1 / np.sum(self.weights**2)) if self.proposals else 0.0
 
     @property

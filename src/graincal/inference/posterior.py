@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import InputError
 
+PROBABILITY = 0.9
+"""Of the intervals that are told."""
+
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
@@ -32,7 +35,7 @@ class Posterior:
         weights, values = self._carried(of)
         return np.sqrt(np.tensordot(weights, (values - self.mean(of)) ** 2, axes=1))
 
-    def interval(self, probability: float = 0.9, of: ArrayLike | None = None) -> NDArray[np.float64]:
+    def interval(self, probability: float = PROBABILITY, of: ArrayLike | None = None) -> NDArray[np.float64]:
         """The central interval of that probability: lower and upper end, (2, n) or (2, ...).
 
         Its ends are sample values: the smallest at which the cumulated weight reaches (1 - probability) / 2 and (1 + probability) / 2.

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from graincal.campaign import Result
 from graincal.models import StressPathTest
+from graincal.notation.numbers import pressure
 from graincal.report import tables, verdict
 from graincal.report.answer import answer_of, as_samples, name_of_answer
 from graincal.report.close_fits import close_fits
@@ -14,7 +15,6 @@ from graincal.report.drawing import Figure
 from graincal.report.emulated import Emulated
 from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs, draw_emulator
 from graincal.report.findings import find, rule
-from graincal.report.numbers import pressure
 from graincal.report.page import Page
 from graincal.report.pairs import draw_pairs
 from graincal.report.prediction import Prediction, draw_prediction
@@ -87,6 +87,7 @@ def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, fi
     if emulated:
         page.heading("Parameters")
         page.table(tables.of_identified(emulated, verdict.verdicts(emulated)))
+        page.paragraph([verdict.fits_rule(result.fits_about_as_well)], "note")
         if informing := tables.of_informing(emulated):
             page.paragraph(["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."])
             page.table(informing)

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign import Result
+from graincal.campaign.remarks import ByEmulators
+from graincal.campaign.trust import allows_discrepancy
 from graincal.inference import Posterior
 from graincal.inference.emulation import Emulation
 from graincal.inference.error_model import measurement_errors
 from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.posterior import PROBABILITY
 from graincal.inference.proposal import systematic_resampling
 from graincal.inference.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
-from graincal.report.findings import PROBABILITY
 from graincal.report.groups import Group, find_groups
 
 UNSURE = 10.0
@@ -47,11 +49,6 @@ class Mode:
     error: float
 
 
-def allows_discrepancy(result: Result) -> bool:
-    """Whether the model may be unable to reproduce some test."""
-    return any(errors.discrepancies.any() for errors in result.knowledge.errors)
-
-
 class Emulated:
     """The emulated posterior of a result that has one. Everything is computed when it is first asked for; equal results give equal figures."""
 
@@ -65,6 +62,11 @@ class Emulated:
         """None where the method is another, or nothing has been emulated."""
         emulation = result.emulation if result.has_posterior else None
         return cls(result, emulation) if emulation else None
+
+    @property
+    def known(self) -> ByEmulators:
+        """What remarks rest on that takes emulators to know."""
+        return ByEmulators(self.unsure, self.expected_error(), tuple(mode.share for mode in self.modes))
 
     @cached_property
     def drawn(self) -> NDArray[np.intp]:

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from graincal.campaign.remarks import RIDGE
 from graincal.data import Response
-from graincal.report import numbers
+from graincal.inference.posterior import PROBABILITY
+from graincal.notation import numbers
+from graincal.notation.quantities import parameters, quantity
 from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, log_axis
 from graincal.report.emulated import DRAWN, Emulated
-from graincal.report.findings import PROBABILITY
 from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_parameter, truth_of_pair
 from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, REFERENCE, THRESHOLD, VERMILLION, Style
-from graincal.report.quantities import parameters, quantity
 from graincal.report.responses import control_axis, prefix
-from graincal.report.verdict import RIDGE
 
 _MOST = f"{100 * PROBABILITY:.0f} %"
 _BINS = 24

@@ -12,15 +12,14 @@ import numpy as np
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration, Posterior
 from graincal.inference.advice import OPTIMAL_ERROR
-from graincal.report import numbers
+from graincal.inference.posterior import PROBABILITY
+from graincal.notation import numbers
+from graincal.notation.quantities import Quantity, parameters
 from graincal.report.chance import narrowing_by_chance
 from graincal.report.close_fits import MARGIN, CloseFits, close_fits
-from graincal.report.quantities import Quantity, parameters
 
 NARROWED, NOT_IDENTIFIED = 1 / 3, 2 / 3
 """Parts of the range (see `Finding.extent`) up to which a parameter is narrowed, and from which on it is not identified."""
-PROBABILITY = 0.9
-"""Of the intervals."""
 MOST = f"{100 * PROBABILITY:.0f} % of the weight"
 STRONG_CORRELATION = 0.7
 FEW = 10
@@ -95,7 +94,7 @@ class Finding:
 
     def sentences(self) -> tuple[str, ...]:
         """The finding in words, in markup."""
-        label, unit = self.quantity.label, _unit(self.quantity)
+        label, unit = self.quantity.label, self.quantity.behind
         holds = "at least fit about as well" if self.outlined and self.widest == self.close else f"hold {MOST}"
         values = f"{numbers.between(*self.widest)}{unit}{self._in_plain_units()} {holds}"
         if not self.outlined and self.close[1] - self.close[0] > self.high - self.low:
@@ -117,7 +116,7 @@ class Finding:
     def _beside_truth(self) -> str:
         """Whether each of the ranges covers the known value, and what it means where the samples narrowed about another."""
         interval = f"the {100 * PROBABILITY:.0f} % interval ({numbers.between(self.low, self.high)})"
-        truth = f"The truth, {numbers.short(self.truth)}{_unit(self.quantity)},"
+        truth = f"The truth, {numbers.short(self.truth)}{self.quantity.behind},"
         if self.astray:
             where = f"{interval} and the values that fit about as well" if self.outlined else interval
             return f"{truth} lies outside {where}: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right."
@@ -211,7 +210,7 @@ def trade_offs(space: ParameterSpace, posterior: Posterior) -> str:
     pairs = [(float(correlation[i, j]), i, j) for i in range(space.size) for j in range(i) if abs(correlation[i, j]) >= strong]
     if not pairs:
         return ""
-    listed = ", ".join(f"{labels[j]} and {labels[i]} ({signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
+    listed = ", ".join(f"{labels[j]} and {labels[i]} ({numbers.signed(r)})" for r, i, j in sorted(pairs, key=lambda pair: -abs(pair[0])))
     return f"Strongly correlated: {listed}. What such a pair shares is known better than either of the two alone."
 
 
@@ -224,12 +223,3 @@ def telling_correlation(posterior: Posterior) -> float:
 def effective_samples(posterior: Posterior) -> float:
     """The number of samples of equal weight that would carry as much: 1 / sum w²."""
     return float(1 / np.sum(posterior.weights**2))
-
-
-def _unit(quantity: Quantity) -> str:
-    return f" {quantity.unit}" if quantity.unit not in ("", "-") else ""
-
-
-def signed(r: float) -> str:
-    """A correlation as it is shown."""
-    return f"{r:+.2f}".replace("-", "−")

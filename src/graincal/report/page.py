@@ -9,8 +9,8 @@ from importlib.resources import files
 
 from plotly.offline import get_plotlyjs
 
+from graincal.notation.markup import to_html, to_plain
 from graincal.report.drawing import Band, Bars, Figure, Mark, Panel, Points
-from graincal.report.markup import to_html, to_plain
 from graincal.report.palette import DASHES, Style
 from graincal.report.tables import Table
 from graincal.report.with_plotly import describe, describe_square

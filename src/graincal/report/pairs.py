@@ -13,12 +13,12 @@ from matplotlib.ticker import MaxNLocator
 from graincal.campaign import Result
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration
+from graincal.notation.numbers import count, percent, short, signed
+from graincal.notation.quantities import Quantity, parameters
 from graincal.report.drawing import Axis, Bars, Figure, Level, Panel, Points
-from graincal.report.findings import effective_samples, signed, telling_correlation
+from graincal.report.findings import effective_samples, telling_correlation
 from graincal.report.groups import Group, find_groups
-from graincal.report.numbers import count, percent, short
 from graincal.report.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
-from graincal.report.quantities import Quantity, parameters
 
 if TYPE_CHECKING:
     from graincal.report.emulated import Mode

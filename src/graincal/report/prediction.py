@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from graincal.campaign import Candidate, Experiment, Result
 from graincal.data import Response
 from graincal.models import TriaxialTest
-from graincal.report import numbers
+from graincal.notation import numbers
+from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, as_samples
 from graincal.report.drawing import Axis, Figure, Line, Panel, Points
 from graincal.report.palette import BEST, PREDICTED, REFERENCE
-from graincal.report.quantities import quantity
 from graincal.report.responses import control_axis
 
 LONGEST = 120.0

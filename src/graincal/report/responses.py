@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from graincal.campaign import Experiment, Result
+from graincal.inference.posterior import PROBABILITY
+from graincal.notation.numbers import percent
+from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, errors_of
 from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points
-from graincal.report.findings import MOST, PROBABILITY
-from graincal.report.numbers import percent
+from graincal.report.findings import MOST
 from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, REFERENCE, distinct
-from graincal.report.quantities import quantity
 
 _ANISOTROPIES = ("a_c", "a_n", "a_t")
 _COORDINATION = distinct(len(_ANISOTROPIES))

@@ -11,10 +11,10 @@ from scipy.stats import ks_2samp
 
 from graincal.campaign import Result
 from graincal.data import Failure, Response
-from graincal.report import numbers
+from graincal.notation import numbers
+from graincal.notation.quantities import parameters
 from graincal.report.drawing import Axis, Bars, Figure, Panel, Points, log_axis
 from graincal.report.palette import BLUE, GREY, Style, distinct
-from graincal.report.quantities import parameters
 
 _SYMBOLS: tuple[Literal["circle", "diamond", "square"], ...] = ("circle", "diamond", "square")
 _CHANCE = 0.01

@@ -6,12 +6,12 @@ import numpy as np
 
 from graincal.campaign import Result
 from graincal.inference import Iteration, Stop
+from graincal.notation.numbers import count, percent, value
+from graincal.notation.quantities import parameters
 from graincal.report.answer import answer_of
 from graincal.report.close_fits import close_fits
 from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
-from graincal.report.numbers import count, percent, value
 from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
-from graincal.report.quantities import parameters
 
 _COLOURS = 12
 """As many as can be told apart; where there are more iterations, neighbours share one."""

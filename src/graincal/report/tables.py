@@ -11,13 +11,15 @@ import numpy as np
 from graincal.campaign import Calibration, Experiment, Result
 from graincal.campaign.calibration import CRITERIA
 from graincal.campaign.errors import describe_errors
+from graincal.campaign.trust import has_settled
 from graincal.inference import PosteriorFilter
+from graincal.inference.posterior import PROBABILITY
 from graincal.models import StressPathTest
-from graincal.report import numbers
+from graincal.notation import numbers
+from graincal.notation.quantities import parameters, quantity
 from graincal.report.emulated import Emulated
-from graincal.report.findings import PROBABILITY, Finding, signed
+from graincal.report.findings import Finding
 from graincal.report.groups import find_groups
-from graincal.report.quantities import parameters, quantity
 from graincal.report.run_times import failure_kinds
 
 
@@ -77,16 +79,17 @@ def of_batches(result: Result) -> Table:
     rows = []
     for iteration, learnt, best in zip(result.iterations, result.learnt, result.best_errors):
         figures = [numbers.value(learnt.posterior_shift, 2), numbers.value(100 * learnt.held_out_error, 2), numbers.value(100 * learnt.coverage, 3)]
-        figures += [f"{learnt.log_evidence:.2f}" if np.isfinite(learnt.log_evidence) else "–", numbers.value(learnt.effective_sample_size, 2), numbers.value(best, 3)]
+        figures += [f"{learnt.log_evidence:.2f}" if np.isfinite(learnt.log_evidence) else "–", numbers.value(learnt.effective_runs, 2), numbers.value(best, 3)]
         counts = [len(iteration.samples), iteration.failed.sum(), *([iteration.stopped.sum()] if some else [])]
         rows.append((str(iteration.index), *map(str, counts), *figures))
     return Table(head, tuple(rows), figures=0)
 
 
 def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
-    """Each parameter: range, truth where one is known, answer, interval, moments, strongest correlation and verdict."""
-    result, posterior, space = emulated.result, emulated.posterior, emulated.result.space
-    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", f"{100 * PROBABILITY:.0f} % interval")
+    """Each parameter: range, truth where one is known, answer, values of runs that fit about as well, interval, moments, strongest correlation and verdict."""
+    result, posterior, space, fits = emulated.result, emulated.posterior, emulated.result.space, emulated.result.fits_about_as_well
+    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", "runs that fit about as well")
+    head += (f"{100 * PROBABILITY:.0f} % interval{'' if has_settled(result) else ' so far'}",)
     head += ("mean ± sd", "sd / prior's")
     labels, mean, std = [shown.label for shown in parameters(space)], posterior.mean(), posterior.std()
     interval, correlation = posterior.interval(PROBABILITY), np.nan_to_num(posterior.correlation())
@@ -97,9 +100,9 @@ def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
         if result.truth:
             row.append(numbers.short(result.truth[space.names[k]]) if space.names[k] in result.truth else "–")
         strongest = int(np.argmax(np.abs(correlation[k])))
-        row += [numbers.value(result.answer.theta[k]), numbers.between(*interval[:, k])]
+        row += [numbers.value(result.answer.theta[k]), numbers.between(fits.low[k], fits.high[k]), numbers.between(*interval[:, k])]
         row += [numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
-        row.append(f"{signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
+        row.append(f"{numbers.signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
         rows.append((*row, verdicts[k]))
     return Table((*head, "strongest correlation", "verdict"), tuple(rows))
 

@@ -18,8 +18,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
 from graincal.data import InputError
+from graincal.notation.markup import to_mathtext
 from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
-from graincal.report.markup import to_mathtext
 from graincal.report.palette import DASHES, Style
 
 _POINTS_PER_PIXEL = 0.6

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from graincal.notation.markup import to_html
 from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
-from graincal.report.markup import to_html
 from graincal.report.palette import DASHES, Style
 
 _SYMBOLS = {"circle": "circle", "ring": "circle-open", "cross": "x-thin-open", "diamond": "diamond", "square": "square"}

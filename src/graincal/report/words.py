@@ -6,14 +6,15 @@ from collections.abc import Sequence
 
 from graincal.campaign import Candidate, Result
 from graincal.inference import sample_size_advice
-from graincal.report import numbers, verdict
+from graincal.notation import numbers
+from graincal.notation.markup import to_plain
+from graincal.notation.quantities import parameters, quantity
+from graincal.report import verdict
 from graincal.report.answer import errors_of
 from graincal.report.close_fits import close_fits
 from graincal.report.emulated import Emulated
 from graincal.report.findings import FEW, Finding, effective_samples, find, legend, trade_offs
 from graincal.report.groups import find_groups
-from graincal.report.markup import to_plain
-from graincal.report.quantities import parameters, quantity
 
 
 def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:

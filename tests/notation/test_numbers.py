@@ -2,7 +2,7 @@
 
 import pytest
 
-from graincal.report.numbers import between, duration, estimate, percent, pressure, short, value
+from graincal.notation.numbers import between, duration, estimate, percent, pressure, short, value
 
 
 @pytest.mark.parametrize(

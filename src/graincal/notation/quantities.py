@@ -28,6 +28,11 @@ class Quantity:
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
     @property
+    def behind(self) -> str:
+        """The unit as it stands behind a number, with a space; nothing where there is none."""
+        return f" {self.unit}" if self.unit not in ("", "-") else ""
+
+    @property
     def title(self) -> str:
         """The label to begin a line with: a word gets a capital, a symbol keeps its letter."""
         first = self.label.split()[0]

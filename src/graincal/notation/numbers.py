@@ -57,6 +57,11 @@ def short(number: float) -> str:
     return value(number, max(digits, 1 + math.floor(math.log10(abs(number))) if 1 <= abs(number) < 1e5 else 1))
 
 
+def signed(correlation: float) -> str:
+    """A correlation: `+0.85`, `−0.12`."""
+    return f"{correlation:+.2f}".replace("-", "−")
+
+
 def pressure(pascals: float) -> str:
     """A pressure in kPa, or from 1 MPa on in MPa."""
     return f"{short(pascals / 1e6)} MPa" if pascals >= 1e6 else f"{short(pascals / 1e3)} kPa"
