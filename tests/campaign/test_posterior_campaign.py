@@ -3,6 +3,7 @@
 import json
 import os
 import sqlite3
+from dataclasses import replace
 from copy import copy
 from dataclasses import replace
 
@@ -193,6 +194,22 @@ def test_criteria_that_it_does_not_look_at_are_refused():
         calibrate(stop=gc.Stop(s=0.1))
 
 
+def test_a_limit_in_time_ends_it_with_an_answer_and_it_goes_on_from_there(result, tmp_path):
+    ended = calibrate(folder=tmp_path / "campaign", stop=gc.Stop(max_iterations=2, hours=1e-9))
+    assert ended.stopped_by == "hours" and ended.stopped_because == "The limit of 1e-09 hours is over." and list(np.bincount(ended.iteration)) == [8, 3]
+    # The clock is not asked again about what it has said.
+    assert gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible)).stopped_by == "hours"
+    more = gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible), hours=False)
+    assert more.stopped_by == "max_iterations"
+    np.testing.assert_array_equal(more.samples, result.samples)
+    np.testing.assert_array_equal(more.posterior.weights, result.posterior.weights)
+
+
+def test_by_the_papers_method_too(tmp_path):
+    ended = gc.calibrate(model(), reference(), SPACE, method="iterative-bayesian", seed=1, stop=gc.Stop(hours=1e-9), workers=1)
+    assert ended.stopped_by == "hours" and len(ended.iterations) == 1
+
+
 def test_check_says_what_it_will_take_and_how_errors_were_understood():
     experiment = gc.Experiment("drained", model(), replace_errors(gc.data.MeasurementError(0.05, relative=0.01, step=0.02)))
     calibration = Calibration(SPACE, [experiment], "posterior").check()
@@ -200,7 +217,11 @@ def test_check_says_what_it_will_take_and_how_errors_were_understood():
     assert "measurement error of stress_ratio: sd 0.05, 1 % of the value, steps of 0.02" in said
     # The volumetric strain has its peak of 0.00624 at an axial strain of 0.12.
     assert "measurement error of volumetric_strain: sd 6.24e-05, taken for 1 % of the peak: none is stated" in said
-    assert "Expect 8 evaluations, about" in _expectation(calibration)[-1] and "at most 40 evaluations" in _expectation(calibration)[-1]
+    assert "Expect 8 evaluations that fill the ranges, about" in _expectation(calibration)[-1] and "ends after 40 at the most" in _expectation(calibration)[-1]
+    # What a run is said to take is not timed, and lets hundreds fill the ranges.
+    seconds, forecast = _expectation(replace(calibration, expected_seconds=10.0, workers=1, stop=gc.Stop(hours=2)))
+    assert seconds == "about 10 s for an evaluation, as expected_seconds says"
+    assert "Expect 60 evaluations that fill the ranges, about 10 min" in forecast and "settles after some 203" in forecast and "begins nothing after 2 hours" in forecast
 
 
 def replace_errors(error):

@@ -19,6 +19,9 @@ DRAWS, SAMPLES = 100, 600
 # What nine draws in ten are within, in standard deviations of a Gaussian: a few draws far out would decide a root mean square.
 MOST_DRAWS, IN_DEVIATIONS = 0.9, 1.645
 
+# The least standard deviation of a draw's posterior, as a part of the posterior's.
+LEAST_SPREAD = 0.01
+
 
 @dataclass(frozen=True, eq=False)
 class Doubt:
@@ -49,13 +52,13 @@ def doubt(
     # The samples have the density prior times expected likelihood / evidence.
     relative = logs - known
     weights = np.exp(relative - logsumexp(relative, axis=1)[:, None])
-    means = weights @ unit
-    spreads = np.sqrt(np.maximum(weights @ unit**2 - means**2, 1e-300))
+    means, middle, spread = weights @ unit, unit.mean(axis=0), unit.std(axis=0)
+    # Where a draw leaves one sample alone, its spread is none that can be told.
+    spreads = np.sqrt(np.maximum(weights @ unit**2 - means**2, (LEAST_SPREAD * spread) ** 2))
     away = (unit - means[:, None]) / spreads[:, None]
     # A draw's moments are off by the sampling too, which is no doubt: the variances of a weighted mean and of the logarithm of a weighted standard deviation.
     squared = (weights**2)[:, :, None]
     of_means, of_spreads = np.sum(squared * away**2, axis=1), np.sum(squared * (away**2 - 1) ** 2, axis=1) / 4
-    middle, spread = unit.mean(axis=0), unit.std(axis=0)
     off, other = (means - middle) / np.maximum(spread, spreads), np.log(spreads / spread)
     return Doubt(_usual(off, of_means), _usual(other, of_spreads), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
 
