@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graincal.inference.posterior_filter import FRESH, GROWTH, REPLICATES
+from graincal.inference.posterior_filter import GROWTH, REPLICATES
+from graincal.inference.settling import FRESH
 
 SETTLES_AFTER = 3.0
 """Times the first batch: about where most calibrations settle."""

@@ -11,7 +11,7 @@ from graincal.campaign.remark import Remark, remark
 from graincal.campaign.replay import INFEASIBLE
 from graincal.inference.early_stop import MOST_DROPPED
 from graincal.inference.posterior import PROBABILITY
-from graincal.inference.posterior_filter import CONFIRMED, MOST_LOST
+from graincal.inference.settling import CONFIRMED, MOST_LOST
 from graincal.models import StressPathTest
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 from threadpoolctl import threadpool_limits
 
 from graincal.data import InputError, ParameterSpace, Reference, Samples
@@ -30,6 +29,7 @@ from graincal.inference.packings import PackingScatter, Siblings, places
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
 from graincal.inference.doubt import Doubt
+from graincal.inference.settling import FRESH, Settling
 from graincal.inference.stop import ITERATIONS, Stop
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
@@ -43,13 +43,6 @@ EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
 
 # Runs grow by this part before the posterior is looked at again.
 GROWTH = 0.25
-
-# Fresh runs at draws from the posterior, before it is said to have settled: what they leave of its probability, as a factor, and how far they move it in terms of what is enough.
-# An emulator that is more careful than it need be is proved right by more; one that holds places possible that are not, by less.
-FRESH, CONFIRMED, MOVED = 20, (0.5, 3.0), 2.0
-
-# Of the posterior's probability, what may lie where runs fail by a limit or for the machine's fault, for it to be known.
-MOST_LOST = 0.5
 
 # Evaluations up to which each look tempers anew.
 FEW = 200
@@ -133,11 +126,7 @@ class PosteriorFilter(AskTellFilter):
         self._origins: deque[tuple[DefensiveMixture, int]] = deque()
         self._replicated = False
         self._looked_at = 0
-        # The number of the batch of fresh runs that the posterior was to be confirmed by, and what was known before it; and what they left of its probability.
-        self._fresh: tuple[int, Emulation] | None = None
-        self._confirmed = np.nan
-        self._tried = False  # whether the latest batch was of fresh runs
-        self._settled = False
+        self._settling = Settling(stop.posterior_shift)
         self._recall, self._taken = looks or (lambda count: None), []
         self._cheaper, self._start = self._first_look(first_look)
         self._begin()
@@ -239,7 +228,7 @@ class PosteriorFilter(AskTellFilter):
     @property
     def confirmed(self) -> float:
         """By what factor the latest fresh runs at draws from the posterior changed their places' probability, on the mean: 1 where they fitted as it had said; NaN before there are any."""
-        return self._confirmed
+        return self._settling.confirmed
 
     def shift(self, last: int = 0) -> float:
         """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of a deviation. Infinite where
@@ -291,16 +280,17 @@ class PosteriorFilter(AskTellFilter):
             self._found.append(None)
             self._weighed.append(weigh_directly(self.evaluations, self.kept, self.errors))
         else:
-            fresh = self._fresh if self._fresh and self._fresh[0] == len(self._iterations) else None
+            fresh = self._settling.is_fresh(len(self._iterations))
             if fresh or self._due:
-                self._latest = self._look(thorough=fresh is not None)
+                self._latest = self._look(thorough=fresh)
                 self._found.append(self._latest.found)
             else:
                 self._found.append(self._found[-1])
             self._weighed.append(None)
-            self._tried = False
             if fresh:
-                self._confirm(batch, fresh[1])
+                self._settling.confirm(self.space.to_unit(batch.samples.theta), batch.infeasible, self._latest, self.shift())
+            else:
+                self._settling.learn()
         self._iterations.append(self._iteration(batch))
 
     @property
@@ -319,22 +309,6 @@ class PosteriorFilter(AskTellFilter):
             self._taken.append(emulation.found)
         self._looked_at = count
         return emulation
-
-    @property
-    def _calm(self) -> bool:
-        """Whether what the emulators do not know moves the posterior by little, and most of it lies where runs succeed."""
-        enough, found = self.stop.posterior_shift, self.emulation
-        return enough is not False and found is not None and found.predicts and found.doubt.most <= enough and found.lost <= MOST_LOST
-
-    def _confirm(self, batch: Batch, before: Emulation) -> None:
-        """Whether fresh runs at draws from the posterior fit as it said."""
-        unit = self.space.to_unit(batch.samples.theta)
-        changed = self.emulation.log_likelihood(unit) - before.log_likelihood(unit)
-        changed = np.where(batch.infeasible, -np.inf, changed)
-        self._confirmed = float(np.exp(logsumexp(changed) - np.log(len(changed))))
-        self._fresh, self._tried = None, True
-        steady = self.shift() <= MOVED * (self.stop.posterior_shift or 0)
-        self._settled = self._calm and steady and CONFIRMED[0] <= self._confirmed <= CONFIRMED[1]
 
     def _go_on(self) -> None:
         if not self._stops:
@@ -361,9 +335,9 @@ class PosteriorFilter(AskTellFilter):
     def _propose_one(self) -> None:
         rng, size = self._rng("propose", self._batches_asked), self._next_size
         emulation = self.emulation
-        if self._confirms:
+        if self._settling.wants_fresh_runs(emulation):
             drawn = systematic_resampling(emulation.posterior.weights, FRESH, rng)
-            self._fresh = (self._batches_asked, emulation)
+            self._settling.ask_fresh_runs(self._batches_asked, emulation)
             self._ask(DefensiveMixture(self.space), 0, emulation.posterior.samples[drawn])
             return
         if emulation and emulation.predicts:
@@ -376,15 +350,10 @@ class PosteriorFilter(AskTellFilter):
         self._ask(DefensiveMixture.fitted(self.space, self.evaluations.theta, weighed.weights, rng), size)
 
     @property
-    def _confirms(self) -> bool:
-        """Whether the next batch is that of fresh runs."""
-        return self._calm and self._fresh is None and not self._tried
-
-    @property
     def _next_size(self) -> int:
         """How many samples the next batch has: as many as the runs are to grow by before the posterior is looked at again, where it is not said. A limit changes nothing of it, so that whoever
         raises one goes on with the same batches."""
-        if self._confirms:
+        if self._settling.wants_fresh_runs(self.emulation):
             return FRESH
         return max(2 * self.space.size, int(np.ceil(GROWTH * self._batches.asked))) if self.batch is None else self.batch
 
@@ -442,7 +411,7 @@ class PosteriorFilter(AskTellFilter):
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""
         met = {}
-        if self._settled:
+        if self._settling.settled:
             met["posterior_shift"] = (
                 f"what the emulator does not know moves means and spreads by {self.doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit as "
                 "the posterior says"
