@@ -12,6 +12,8 @@ from graincal._native import LinearLaw
 from graincal.campaign import Calibration
 from graincal.campaign.store import Store
 from graincal.dem.batch import run_batch
+from graincal.dem.preparation import OutOfReach
+from graincal.dem.siblings import siblings
 from graincal.dem.stress_path import drained_triaxial
 
 THETA = [8.0, 0.2, 30.0, 0.1, 0.1]
@@ -87,6 +89,14 @@ def test_several_packings_are_kept_with_a_campaign_and_their_mean_is_emulated():
             np.testing.assert_array_equal(experiment.model.packings[-1].positions, test.packings[-1].positions)
 
 
+def test_experiments_on_one_packing_have_its_deviation_in_common():
+    reference = Reference(STRAINS, {"stress_ratio": [1.0, 1.5, 1.8]})
+    space = ParameterSpace(dict(zip(NAMES, [(7, 9), (0, 0.5), (10, 50), (0, 1), (0, 1)])))
+    a, b, _ = PACKINGS
+    experiments = [Experiment(name, TriaxialTest(packing, pressure), reference) for name, packing, pressure in (("1", a, 1e5), ("2", b, 1e5), ("3", a, 2e5))]
+    assert [each.shared for each in Calibration(space, experiments, "posterior").new_filter().siblings] == [2, 1, 2]
+
+
 def test_a_copy_at_another_pressure_has_the_packings_and_one_on_another_packing_has_that():
     assert replace(TEST, confining_pressure=4e5).packings == tuple(PACKINGS)
     assert replace(TEST, packing=PACKINGS[1]).packings == (PACKINGS[1],)
@@ -120,3 +130,31 @@ def test_a_sample_by_itself_gives_the_same_and_can_be_stopped():
     # What moduli differ by, lengths do too: a critical time step goes with the root of the stiffness.
     soft_and_stiff = Samples(np.arange(2), np.array([THETA, [10.0, *THETA[1:]]]), NAMES)
     assert np.divide(*TEST.expected_lengths(soft_and_stiff)[::-1]) == pytest.approx(10)
+
+
+def test_siblings_are_at_a_void_ratio_that_all_of_their_seeds_reach(monkeypatch):
+    # The second seed reaches less than the first, and the third less far down.
+    reach, asked = {1: (0.5, 0.72), 2: (0.5, 0.70), 3: (0.55, 0.71)}, []
+
+    def prepare(particles, void_ratio, grading, seed):
+        asked.append(void_ratio)
+        densest, loosest = reach[seed]
+        if not densest <= void_ratio <= loosest:
+            raise OutOfReach("out of reach", densest, loosest)
+        return void_ratio
+
+    class Like:
+        count, radii = 100, np.ones(100)
+
+        def __init__(self, void_ratio):
+            self.void_ratio = void_ratio
+
+    monkeypatch.setattr("graincal.dem.siblings.prepare", prepare)
+    assert siblings(Like(0.6), 3) == [0.6] * 3
+    (loose,) = set(siblings(Like(0.75), 3, threads=2))
+    assert 0.69 < loose < 0.70
+    (dense,) = set(siblings(Like(0.4), 3))
+    assert 0.55 < dense < 0.56
+    reach[3] = (0.701, 0.71)
+    with pytest.raises(OutOfReach):
+        siblings(Like(0.6), 3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Literal
@@ -178,7 +178,11 @@ class Calibration:
     @property
     def _siblings(self) -> list[Siblings | None] | None:
         """How each experiment's model can be run on packings like its own; None where what packings differ by does not count."""
-        return [experiment.siblings for experiment in self.experiments] if self.filter_options.get("packing_scatter", True) else None
+        if not self.filter_options.get("packing_scatter", True):
+            return None
+        each = [experiment.siblings for experiment in self.experiments]
+        on = [[packing.positions.tobytes() for packing in experiment.model.packings] if known else None for experiment, known in zip(self.experiments, each)]
+        return [known and replace(known, shared=on.count(packings)) for known, packings in zip(each, on)]
 
     @property
     def error_options(self) -> dict[str, Any]:

@@ -38,7 +38,7 @@ def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Sto
     samples = _samples(filter.places, calibration.space.names)
     store.ask(STUDY, samples, len(calibration.experiments))
     for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):
-        waiting = samples.take(np.isin(samples.ids, store.waiting(STUDY, number)))
+        waiting = samples.take(np.isin(samples.ids, store.waiting(STUDY, number, by_itself=True)))
         if siblings is None or not len(waiting) or store.meta(TROUBLE.format(number)):
             continue
         for listener in listeners:

@@ -214,11 +214,11 @@ class Store:
         """Those of all iterations."""
         return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration >= 0 ORDER BY id"))
 
-    def waiting(self, iteration: int, experiment: int) -> NDArray[np.int64]:
-        """Ids of the samples that have no outcome in an experiment, and neither failed nor were stopped in another."""
+    def waiting(self, iteration: int, experiment: int, *, by_itself: bool = False) -> NDArray[np.int64]:
+        """Ids of the samples that have no outcome in an experiment, and neither failed nor were stopped in another; by_itself: whatever became of them in others."""
+        but = "" if by_itself else f" AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed' OR {_STOPPED})"
         query = f"""
-            SELECT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND experiment = ? AND state = 'waiting'
-            AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed' OR {_STOPPED}) ORDER BY sample"""
+            SELECT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND experiment = ? AND state = 'waiting'{but} ORDER BY sample"""
         return np.array([id for (id,) in self._rows(query, iteration, experiment)], dtype=np.int64)
 
     def begin(self, ids: Sequence[int], experiment: int) -> None:

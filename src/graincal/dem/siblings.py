@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
 
 from graincal.dem.grading import GrainSizes
 from graincal.dem.packing import Packing
@@ -12,6 +13,9 @@ from graincal.dem.preparation import VOID_RATIO_TOLERANCE, OutOfReach, prepare
 MOST_PARTICLES = 1000
 """Of a sibling: a larger packing's are smaller than it is, for the preparation takes half a minute of a core a thousand grains."""
 
+INWARDS = 4 * VOID_RATIO_TOLERANCE
+"""So far within what a seed reaches its void ratio is asked for."""
+
 
 def sibling_particles(packing: Packing) -> int:
     """How many grains its siblings have."""
@@ -19,20 +23,21 @@ def sibling_particles(packing: Packing) -> int:
 
 
 def siblings(packing: Packing, count: int, threads: int = 1, first_seed: int = 1) -> list[Packing]:
-    """`count` packings of the sizes of a packing's own grains, at its void ratio or the nearest that the protocol of `prepare` reaches, by the seeds from `first_seed` on.
+    """`count` packings of the sizes of a packing's own grains, at its void ratio or the nearest that the protocol of `prepare` reaches with all of their seeds, from `first_seed` on.
 
     They have as many grains as the packing, or MOST_PARTICLES. Prepared once, and then found in the cache of `prepare`. Raises InputError where none can be prepared.
     """
-    sizes, particles, void_ratio = GrainSizes(2 * packing.radii), sibling_particles(packing), round(packing.void_ratio, 4)
-    try:
-        first = prepare(particles, void_ratio, sizes, first_seed)
-    except OutOfReach as range:
-        inwards = 4 * VOID_RATIO_TOLERANCE
-        void_ratio = round(min(max(void_ratio, range.densest + inwards), range.loosest - inwards), 4)
-        first = prepare(particles, void_ratio, sizes, first_seed)
-    with ThreadPoolExecutor(max(1, threads)) as pool:
-        return [first, *pool.map(lambda seed: prepare(particles, void_ratio, sizes, seed), _seeds(first_seed, count)[1:])]
-
-
-def _seeds(first: int, count: int) -> Sequence[int]:
-    return range(first, first + count)
+    sizes, particles, wanted = GrainSizes(2 * packing.radii), sibling_particles(packing), packing.void_ratio
+    densest, loosest = -np.inf, np.inf
+    while True:
+        void_ratio = round(float(np.clip(wanted, densest, loosest)), 4)
+        try:
+            # One first, that what is out of reach of all is found by one.
+            first = prepare(particles, void_ratio, sizes, first_seed)
+            with ThreadPoolExecutor(max(1, threads)) as pool:
+                return [first, *pool.map(lambda seed: prepare(particles, void_ratio, sizes, seed), range(first_seed + 1, first_seed + count))]
+        except OutOfReach as reach:
+            # Each seed has a range of its own, and all are to be at one void ratio.
+            densest, loosest = max(densest, reach.densest + INWARDS), min(loosest, reach.loosest - INWARDS)
+            if densest > loosest or void_ratio == round(float(np.clip(wanted, densest, loosest)), 4):
+                raise

@@ -125,7 +125,8 @@ class Knowledge:
 
 def _counted(reference: Reference, siblings: Siblings | None) -> float:
     """How often the variance between packings is counted: for the mean of those that are run, and once more for the packing that a reference was simulated on, unless what runs scatter by, which is
-    added there, holds it already. A sand has none of its own."""
+    added there, holds it already. A sand has none of its own. So many experiments on one packing have its deviation in common: each counts so many times as much of it, that together they tell as
+    much of it as one does."""
     if siblings is None:
         return 0.0
-    return 1 / siblings.own + (1.0 if reference.simulated and siblings.own == 1 else 0.0)
+    return siblings.shared * (1 / siblings.own + (1.0 if reference.simulated and siblings.own == 1 else 0.0))

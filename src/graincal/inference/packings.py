@@ -35,11 +35,12 @@ class Siblings:
     """How the model of one experiment can be run on packings like its own.
 
     own: how many packings its runs are spread over, whose mean is emulated. share: the variance between packings as large as its own over that between the siblings,
-    less than one where these are smaller.
+    less than one where these are smaller. shared: how many experiments are run on the same packing: what it differs by is then much the same in all of them, and not found out anew by each.
     """
 
     own: int = 1
     share: float = 1.0
+    shared: int = 1
 
 
 @dataclass(frozen=True, eq=False)
