@@ -17,7 +17,12 @@ def grains():
 
 
 def test_it_is_a_whole_calibration(grains):
-    calibration = demo.calibration(grains, demo.reference(grains))
+    other = demo.sibling()
+    calibration = demo.calibration(grains, demo.reference(other))
+    # Its reference is of another packing of the same material, and what packings differ by counts.
+    assert other.count == grains.count and abs(other.void_ratio - grains.void_ratio) <= 0.002 and not np.allclose(other.positions, grains.positions)
+    np.testing.assert_allclose(np.sort(other.radii).sum(), np.sort(grains.radii).sum(), rtol=0.05)
+    assert all(calibration.new_filter().siblings)
     assert grains.count >= 500 and abs(grains.void_ratio - 0.68) <= 0.002
     assert calibration.space.names == ParameterSpace.paper().names
     assert np.array_equal(calibration.space.low, ParameterSpace.paper().low) and np.array_equal(calibration.space.high, ParameterSpace.paper().high)
