@@ -162,7 +162,7 @@ def test_codes_have_one_level_and_pairs_are_of_codes():
 
 
 def test_the_documents_list_every_code():
-    text = (Path(__file__).parents[2] / "docs" / "posterior.md").read_text()
+    text = (Path(__file__).parents[2] / "docs" / "remarks.md").read_text()
     rows = {(level, code, star == " *") for level, code, star in re.findall(r"^\| (\w+) \| `([\w-]+)`( \*)? \|", text, re.M)}
     assert rows == {(level, code, code in BY_EMULATORS) for code, level in LEVELS.items()}
 

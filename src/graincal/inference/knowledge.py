@@ -94,9 +94,18 @@ class Knowledge:
         """The hypotheses on the errors of each reference as they would be without what the model cannot reproduce, or without what packings differ by."""
         options = self.error_options if discrepancy else {**self.error_options, "discrepancy": False}
         return tuple(
-            error_model(thinning, **options, packings=scatter if packings else None, counted=_counted(reference, sibling))
-            for thinning, reference, scatter, sibling in zip(self.thinnings, self.references, self.packings, self.siblings)
+            error_model(thinning, **options, packings=scatter if packings else None, counted=self.counted(number))
+            for number, (thinning, scatter) in enumerate(zip(self.thinnings, self.packings))
         )
+
+    def counted(self, experiment: int) -> float:
+        """How often the variance between packings is counted in an experiment: for the mean of those that are run, and once more for the packing that a reference was simulated on, unless what runs
+        scatter by, which is added there, holds it already. A sand has none of its own. So many experiments on one packing have its deviation in common: each counts so many times as much of it, that
+        together they tell as much of it as one does."""
+        siblings = self.siblings[experiment]
+        if siblings is None:
+            return 0.0
+        return siblings.shared * (1 / siblings.own + (1.0 if self.references[experiment].simulated and siblings.own == 1 else 0.0))
 
     def look(
         self, rng: np.random.Generator, before: Emulation | None, cheaper: Sequence[Emulator] | None, near: DefensiveMixture | None, thorough: bool
@@ -122,11 +131,3 @@ class Knowledge:
                     f"need about {needed / 1e9:.0f} GB of memory, more than the {MOST_MEMORY / 1e9:g} GB allowed: leave filter.thin out, or give fewer rows."
                 )
 
-
-def _counted(reference: Reference, siblings: Siblings | None) -> float:
-    """How often the variance between packings is counted: for the mean of those that are run, and once more for the packing that a reference was simulated on, unless what runs scatter by, which is
-    added there, holds it already. A sand has none of its own. So many experiments on one packing have its deviation in common: each counts so many times as much of it, that together they tell as
-    much of it as one does."""
-    if siblings is None:
-        return 0.0
-    return siblings.shared * (1 / siblings.own + (1.0 if reference.simulated and siblings.own == 1 else 0.0))

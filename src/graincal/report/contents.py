@@ -7,7 +7,7 @@ from collections.abc import Callable
 from graincal.campaign import Result
 from graincal.models import StressPathTest
 from graincal.notation.numbers import pressure
-from graincal.report import tables, verdict
+from graincal.report import error_terms, tables, verdict
 from graincal.report.answer import answer_of, as_samples, name_of_answer
 from graincal.report.close_fits import close_fits
 from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
@@ -91,6 +91,9 @@ def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, fi
         if informing := tables.of_informing(emulated):
             page.paragraph(["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."])
             page.table(informing)
+        taken = error_terms.error_terms(emulated)
+        page.paragraph([f"How large each term of the errors was taken. {error_terms.sentence(emulated, taken)}"])
+        page.table(error_terms.table(emulated, taken))
         if terms := tables.of_terms(emulated):
             page.paragraph(["What the intervals would be if less were counted: were the model able to reproduce the test, and were all packings alike."])
             page.table(terms)
