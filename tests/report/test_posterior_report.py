@@ -9,7 +9,8 @@ import pytest
 
 import graincal as gc
 from graincal.campaign.remarks import remarks
-from graincal.report import summarise, tables, verdict, with_matplotlib, write_report
+from graincal.inference.likelihood import ReducedLikelihood
+from graincal.report import error_terms, summarise, tables, verdict, with_matplotlib, write_report
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Points
 from graincal.report.emulated import Emulated
@@ -132,6 +133,34 @@ def test_the_table_shows_what_a_discrepancy_does(result, emulated):
     row = dict(zip(table.head, table.rows[0]))
     ends = [[float(end) for end in row[column].split(" to ")] for column in ("90 % interval", "without a discrepancy")]
     assert np.abs(np.subtract(*ends)).max() < 0.2 * np.ptp(ends[0])
+
+
+def test_it_says_how_large_each_term_of_the_errors_was_taken(result, emulated):
+    (terms,) = error_terms.error_terms(emulated)
+    reference = result.experiments[0].reference
+    peaks = np.abs(reference.values).max(axis=0)
+    np.testing.assert_allclose(terms.deviations["measurement"], np.array([ERRORS[name] for name in reference.names]) / peaks, rtol=1e-3)
+    assert list(terms.deviations) == ["measurement", "all together, as the curve makes them"]
+    # The reference has no error at all, and the model can reproduce it.
+    assert terms.residual < 0.5 and "is as much as the errors lead to" in error_terms.sentence(emulated, [terms])
+    # What a discrepancy of two percent allows is counted, and three times as large an answer's error is not of size one.
+    known, off = copy(result.knowledge), copy(result)
+    known.error_options = {**known.error_options, "discrepancy": True}
+    known.errors = known.errors_if()
+    evaluations = known.evaluations
+    known.evaluations = replace(evaluations, responses=tuple(responses + 0.5 * peaks for responses in evaluations.responses))
+    off.__dict__["knowledge"] = known
+    likelihood = replace(emulated.emulation.likelihoods[0], **hypotheses_of(known, emulated))
+    (allowed,) = error_terms.error_terms(Emulated(off, replace(emulated.emulation, likelihoods=(likelihood,))))
+    assert 0.01 <= allowed.discrepancy <= 0.04 and allowed.residual > 3
+    assert list(allowed.deviations) == ["measurement", "what the model cannot reproduce", "all together, as the curve makes them"]
+    assert len(error_terms.table(emulated, [allowed]).rows) == 3
+
+
+def hypotheses_of(known, emulated):
+    """The likelihood under other hypotheses on the errors, of the same emulator."""
+    emulator = emulated.emulation.emulators[0]
+    return vars(ReducedLikelihood.of(known.kept[0], known.errors[0], emulator.centre, emulator.basis, emulator.added(False)))
 
 
 def moved(iteration, theta):
