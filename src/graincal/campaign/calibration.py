@@ -182,7 +182,9 @@ class Calibration:
             return None
         each = [experiment.siblings for experiment in self.experiments]
         on = [[packing.positions.tobytes() for packing in experiment.model.packings] if known else None for experiment, known in zip(self.experiments, each)]
-        return [known and replace(known, shared=on.count(packings)) for known, packings in zip(each, on)]
+        # Experiments without a parameter in common are calibrations by themselves.
+        together = any(number is None for number in self.space.experiments)
+        return [known and replace(known, shared=on.count(packings) if together else 1) for known, packings in zip(each, on)]
 
     @property
     def error_options(self) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def refuse_another_past(store: Store, calibration: Calibration) -> int:
 
 def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
     """How many of the batches that are begun a posterior filter asks for by the calibration's criteria too."""
-    filter, space, complete = calibration.new_filter(), calibration.space, len(store.iterations())
+    filter, space, complete = calibration.new_filter(store.look), calibration.space, len(store.iterations())
     for number in range(begun):
         # Of those that are not complete, some were asked for ahead.
         asked, kept = next(iter(filter.under_way[number - len(filter.iterations) :]), None), store.samples(number)

@@ -129,7 +129,7 @@ def _fitting(result: Result, known: ByEmulators | None) -> list[Remark]:
     values = listed([f"{shown.label} {numbers.between(low, high)}{shown.behind}" for shown, low, high in zip(parameters(result.space), fits.low, fits.high)])
     fit = f"{numbers.count(fits.count, 'run')} fit{'s' * (fits.count == 1)} about as well as {_measured_by(fits)}"
     if fits.enough:
-        return [remark("fits-about-as-well", f"{fit}: {values}. Each of them was run, so these values are the least of what fits.", **figures)]
+        return [remark("fits-about-as-well", f"{fit}: {values}. These were run; values between and beside them may fit as well.", **figures)]
     return [remark("few-fit-about-as-well", f"{fit}: {values}. They are too few to outline a range of {numbers.count(len(fits.low), 'parameter')}.", **figures)]
 
 

@@ -29,8 +29,8 @@ def status(folder: str | Path) -> dict[str, Any]:
     iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
-    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped, held_out_ratio, doubt, confirmed} (`Learnt`), and
-    effective_runs}, a number of evaluations.
+    With the method "posterior" also {posterior_shift, held_out_error, coverage, log_evidence, log_evidence_std, pareto_k, dropped, held_out_ratio, doubt, confirmed,
+    effective_runs} (`Learnt`).
     best, most_probable: {sample, iteration, error, theta: {parameter: value}} over all complete iterations, and of the last that has weights.
     answer: {theta: {parameter: value}, errors: [of its runs], mean, spread} of the method "posterior", once it is known; errors is empty, mean and spread are None, until the campaign has run it again.
     settled: whether the campaign ended because its posterior was known. posterior: {mean, std: {parameter: value}, interval_90: {parameter: [low, high]}} of the method "posterior", by what is known so far.

@@ -59,8 +59,9 @@ def doubt(
     # A draw's moments are off by the sampling too, which is no doubt: the variances of a weighted mean and of the logarithm of a weighted standard deviation.
     squared = (weights**2)[:, :, None]
     of_means, of_spreads = np.sum(squared * away**2, axis=1), np.sum(squared * (away**2 - 1) ** 2, axis=1) / 4
-    off, other = (means - middle) / np.maximum(spread, spreads), np.log(spreads / spread)
-    return Doubt(_usual(off, of_means), _usual(other, of_spreads), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
+    wider = np.maximum(spread, spreads)
+    off, other = (means - middle) / wider, np.log(spreads / spread)
+    return Doubt(_usual(off, of_means * (spreads / wider) ** 2), _usual(other, of_spreads), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
 
 
 def _usual(off: NDArray[np.float64], sampling: NDArray[np.float64]) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 
 from graincal.data import ParameterSpace, Reference
-from graincal.inference.chance import Chance, chance
+from graincal.inference.chance import OF_FAILURES, OF_IMPOSSIBLE, Chance, chance
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.doubt import SAMPLES, Doubt, doubt
 from graincal.inference.early_stop import FirstStates, bounds
@@ -32,6 +32,9 @@ LEAST_COUNT = 0.02
 # And its variances are judged by so many evaluations at the least.
 JUDGES = 10
 
+# Samples of equal weight that a proposal can be fitted to.
+FEWEST = 30
+
 # The answer is sought from so many of the best samples and evaluations on.
 SEARCHES = 4
 
@@ -48,7 +51,7 @@ class Found:
     effective_runs and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
     the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
     posterior's probability that evaluations which were stopped hold at most. doubt: how much what the emulators do not know may move it. kernels (E,): those of the emulators, and cheaper, of a first look's where there was one. lost: the part of the posterior's
-    probability that lies where runs fail for another reason than that parameters are infeasible. of_impossible: the kernel of the chance of that, or none.
+    probability that lies where runs give nothing: where they fail, or where parameters are infeasible. of_impossible: the kernel of the chance of that, or none.
     """
 
     explored: Explored
@@ -150,7 +153,7 @@ def emulate(
         return logs if impossible is None else logs + impossible.log_of_none(points)
 
     explored = explore(space, emulated, rng, near=before.explored.proposal if before else near, thorough=thorough or before is None)
-    explored, lost = _where_runs_succeed(explored, evaluations, rng)
+    explored, lost = _where_runs_succeed(explored, evaluations, impossible, rng)
     # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
     logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
     # And one that was stopped with as much as it can have at most, although the emulator says less.
@@ -173,7 +176,7 @@ def emulate(
     drawn_again = systematic_resampling(explored.weights, SAMPLES, rng)
     return Emulation(
         explored=explored,
-        answer=_best_expected(expected, space, np.concatenate([space.to_unit(explored.theta), unit])),
+        answer=_best_expected(expected, space, _feasible(np.concatenate([space.to_unit(explored.theta), unit]), impossible), impossible),
         held_out=near_the_posterior([each.error for each in held_out]),
         of_mean=near_the_posterior([each.of_mean for each in held_out]),
         coverage=float(np.mean([emulator.coverage for emulator in emulators])),
@@ -217,23 +220,36 @@ def _emulated(
     return logs if impossible is None else logs + impossible.log_of_none(unit)
 
 
+def _feasible(unit: NDArray[np.float64], impossible: Chance | None) -> NDArray[np.float64]:
+    """Of points (M, n) those that are rather feasible than not; all, where none is."""
+    if impossible is None:
+        return unit
+    feasible = impossible.of(unit) < 0.5
+    return unit[feasible] if feasible.any() else unit
+
+
 def _impossible(evaluations: Evaluations, known: Kernel | None = None) -> Chance | None:
     """The chance that parameters are infeasible; an evaluation that failed for another reason tells nothing of it."""
     told = ~evaluations.missing
-    return chance(evaluations.unit[told], evaluations.infeasible[told], known)
+    return chance(evaluations.unit[told], evaluations.infeasible[told], OF_IMPOSSIBLE, known)
 
 
-def _where_runs_succeed(explored: Explored, evaluations: Evaluations, rng: np.random.Generator) -> tuple[Explored, float]:
-    """The same with a proposal for the next runs that leaves out where runs fail, for another reason than that parameters are infeasible; and how much of the probability lies there."""
-    told = ~evaluations.infeasible
-    fails = chance(evaluations.unit[told], evaluations.missing[told])
+def _where_runs_succeed(explored: Explored, evaluations: Evaluations, impossible: Chance | None, rng: np.random.Generator) -> tuple[Explored, float]:
+    """The same with a proposal for the next runs that leaves out where runs fail for another reason than that parameters are infeasible; and how much of the probability lies where runs give nothing, for
+    whatever reason."""
+    unit, told = evaluations.space.to_unit(explored.theta), ~evaluations.infeasible
+    fails = chance(evaluations.unit[told], evaluations.missing[told], OF_FAILURES)
+    possible = np.ones(len(unit)) if impossible is None else np.exp(impossible.log_of_none(unit))
     if fails is None:
-        return explored, 0.0
-    space = evaluations.space
-    chances = fails.of(space.to_unit(explored.theta))
-    succeeding = explored.weights * (1 - chances)
-    proposal = DefensiveMixture.fitted(space, explored.theta, succeeding / succeeding.sum(), rng)
-    return replace(explored, proposal=proposal), float(explored.weights @ chances)
+        return explored, float(explored.weights @ (1 - possible))
+    succeed = np.exp(fails.log_of_none(unit))
+    succeeding = explored.weights * succeed
+    lost = float(explored.weights @ (1 - possible * succeed))
+    # Where next to nothing of it lies where runs succeed, a few samples say nothing of where that is.
+    if succeeding.sum() ** 2 < FEWEST * np.sum(succeeding**2) or not succeeding.any():
+        return explored, lost
+    proposal = DefensiveMixture.fitted(evaluations.space, explored.theta, succeeding / succeeding.sum(), rng)
+    return replace(explored, proposal=proposal), lost
 
 
 def _figures(found: Found) -> dict[str, Any]:
@@ -275,8 +291,10 @@ def _nearness(responses: NDArray[np.float64], reference: Reference, errors: Erro
     return weights / weights.sum()
 
 
-def _best_expected(expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where the log likelihood expected at points of the unit cube is the largest, from the best of the starts (M, n) on."""
+def _best_expected(
+    expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64], impossible: Chance | None
+) -> NDArray[np.float64]:
+    """Where the log likelihood expected at points of the unit cube is the largest, from the best of the starts (M, n) on; where parameters are rather feasible than not, as far as there are such starts."""
     order = np.argsort(-expected(starts), kind="stable")
     step = 1e-4 * np.eye(space.size)
 
@@ -285,5 +303,5 @@ def _best_expected(expected: Callable[[NDArray[np.float64]], NDArray[np.float64]
         return -logs[0], (logs[space.size + 1 :] - logs[1 : space.size + 1]) / 2e-4
 
     searches = [minimize(downhill, starts[row], jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50}) for row in order[:SEARCHES]]
-    points = np.concatenate([starts[order[:1]], [search.x for search in searches]])
+    points = _feasible(np.concatenate([starts[order[:1]], [search.x for search in searches]]), impossible)
     return np.clip(space.from_unit(points[np.argmax(expected(points))]), space.low, space.high)

@@ -101,11 +101,12 @@ class Knowledge:
     def counted(self, experiment: int) -> float:
         """How often the variance between packings is counted in an experiment: for the mean of those that are run, and once more for the packing that a reference was simulated on, unless what runs
         scatter by, which is added there, holds it already. A sand has none of its own. So many experiments on one packing have its deviation in common: each counts so many times as much of it, that
-        together they tell as much of it as one does."""
+        together they tell as much of a parameter that they share as one does."""
         siblings = self.siblings[experiment]
         if siblings is None:
             return 0.0
-        return siblings.shared * (1 / siblings.own + (1.0 if self.references[experiment].simulated and siblings.own == 1 else 0.0))
+        of_reference = 1.0 if self.references[experiment].simulated and siblings.own == 1 else 0.0
+        return siblings.shared / siblings.own + of_reference
 
     def look(
         self, rng: np.random.Generator, before: Emulation | None, cheaper: Sequence[Emulator] | None, near: DefensiveMixture | None, thorough: bool

@@ -256,7 +256,9 @@ class PosteriorFilter(AskTellFilter):
             return self._ask(self._start, self.first_batch)
         filling = self._start.draw(self.first_batch, self._rng("draw", 0))
         least = min(2 * self.space.size, self.first_batch)
-        open_yet = uncovered(self.space.to_unit(filling), self.evaluations.unit, least)
+        # A run that failed by a limit says nothing of its place.
+        told = self.evaluations.unit[~self.evaluations.missing]
+        open_yet = uncovered(self.space.to_unit(filling), told, least)
         self._ask(self._start, 0, filling[open_yet])
 
     def _complete_batch(self, batch: Batch) -> None:

@@ -52,8 +52,13 @@ def under_other_errors(
 
 def under_one_likelihood(emulation: Emulation, space: ParameterSpace, experiment: int, likelihood: ReducedLikelihood, rng: np.random.Generator) -> Posterior:
     """The posterior by the emulator of one experiment (its number) alone, under another likelihood of what it predicts."""
-    emulator = emulation.emulators[experiment]
-    return _explored(space, lambda unit: likelihood(*emulator.predict(unit)), emulation, rng)
+    emulator, impossible = emulation.emulators[experiment], emulation.impossible
+
+    def log_likelihood(unit: NDArray[np.float64]) -> NDArray[np.float64]:
+        logs = likelihood(*emulator.predict(unit))
+        return logs if impossible is None else logs + impossible.log_of_none(unit)
+
+    return _explored(space, log_likelihood, emulation, rng)
 
 
 def _explored(space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], emulation: Emulation, rng: np.random.Generator) -> Posterior:

@@ -14,7 +14,7 @@ from graincal.inference.emulation import Emulation
 # An emulator that is more careful than it need be is proved right by more; one that holds places possible that are not, by less.
 FRESH, CONFIRMED, MOVED = 20, (0.5, 3.0), 2.0
 
-# Of the posterior's probability, what may lie where runs fail by a limit or for the machine's fault, for it to be known.
+# Of the posterior's probability, what may lie where runs fail or parameters are infeasible, for it to be known.
 MOST_LOST = 0.5
 
 
