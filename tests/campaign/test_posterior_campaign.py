@@ -3,7 +3,6 @@
 import json
 import os
 import sqlite3
-from dataclasses import replace
 from copy import copy
 from dataclasses import replace
 
@@ -205,6 +204,28 @@ def test_a_limit_in_time_ends_it_with_an_answer_and_it_goes_on_from_there(result
     np.testing.assert_array_equal(more.posterior.weights, result.posterior.weights)
 
 
+def test_the_clock_counts_all_sittings(tmp_path, monkeypatch):
+    now = iter(np.arange(0.0, 1e9, 600.0))
+    monkeypatch.setattr("graincal.campaign.campaign.time.monotonic", lambda: float(next(now)))
+    calls = []
+
+    def interrupted(theta):
+        calls.append(theta)
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+        return infeasible(theta)
+
+    stop = gc.Stop(max_iterations=3, hours=2)
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(interrupted, folder=tmp_path / "campaign", stop=stop)
+    # Ten minutes pass at each look at the clock: within the first batch an hour is over, and with what follows two are.
+    assert float(Store.open(tmp_path / "campaign").meta("seconds spent")) > 3000
+    ended = gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible))
+    assert ended.stopped_by == "hours" and len(ended.iterations) == 2
+    with pytest.raises(gc.InputError, match="it would still be at its end, by hours"):
+        gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible), max_evaluations=60)
+
+
 def test_by_the_papers_method_too(tmp_path):
     ended = gc.calibrate(model(), reference(), SPACE, method="iterative-bayesian", seed=1, stop=gc.Stop(hours=1e-9), workers=1)
     assert ended.stopped_by == "hours" and len(ended.iterations) == 1
@@ -221,7 +242,7 @@ def test_check_says_what_it_will_take_and_how_errors_were_understood():
     # What a run is said to take is not timed, and lets hundreds fill the ranges.
     seconds, forecast = _expectation(replace(calibration, expected_seconds=10.0, workers=1, stop=gc.Stop(hours=2)))
     assert seconds == "about 10 s for an evaluation, as expected_seconds says"
-    assert "Expect 60 evaluations that fill the ranges, about 10 min" in forecast and "settles after some 203" in forecast and "begins nothing after 2 hours" in forecast
+    assert "Expect 60 evaluations that fill the ranges, about 10 min" in forecast and "settles after some 203" in forecast and "begins no further batch after 2 hours" in forecast
 
 
 def replace_errors(error):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,8 @@ from graincal.campaign.library import fill
 from graincal.campaign.runs import known_runs
 from graincal.campaign.status import status
 from graincal.campaign.store import Store
-from graincal.inference.known_runs import uncovered
+from graincal.inference import PosteriorFilter
+from graincal.inference.known_runs import KnownRuns, uncovered
 
 from . import frictional
 from .hyperbola import SPACE, STRAIN, THE_PAPERS, TRUTH, reference, respond, write_calibration
@@ -50,19 +53,25 @@ def test_a_library_fills_the_ranges_and_has_no_result(tmp_path):
         library(tmp_path)
 
 
-def test_a_library_that_was_broken_off_goes_on(tmp_path):
-    whole, calls = library(tmp_path / "whole"), []
+class Impatient:
+    """The soil, which the process is interrupted in at the call of a number; by the name of the function itself, as if that were interrupted."""
 
-    def patience(theta):
-        calls.append(theta)
-        if len(calls) == 10:
+    def __init__(self, last):
+        self.calls, self.last = 0, last
+        self.__module__, self.__qualname__ = infeasible.__module__, infeasible.__qualname__
+
+    def __call__(self, theta):
+        self.calls += 1
+        if self.calls == self.last:
             raise KeyboardInterrupt
         return infeasible(theta)
 
+
+def test_a_library_that_was_broken_off_goes_on(tmp_path):
+    whole = library(tmp_path / "whole")
     arguments = {"to": STRAIN, "folder": tmp_path / "library", "runs": 40, "workers": 1}
-    patience.__module__, patience.__qualname__ = infeasible.__module__, infeasible.__qualname__
     with pytest.raises(KeyboardInterrupt):
-        gc.explore(gc.PythonModel(patience), SPACE, **arguments)
+        gc.explore(gc.PythonModel(Impatient(10)), SPACE, **arguments)
     assert status(tmp_path / "library")["state"] == "interrupted"
     gc.explore(gc.PythonModel(infeasible), SPACE, **arguments)
     one, other = (Store.open(folder) for folder in (whole, tmp_path / "library"))
@@ -88,18 +97,10 @@ def test_a_calibration_learns_from_runs_that_are_there(tmp_path):
 
 
 def test_a_calibration_with_known_runs_goes_on_bit_for_bit(tmp_path):
-    folder, calls = library(tmp_path / "library"), []
-
-    def patience(theta):
-        calls.append(theta)
-        if len(calls) == 6:
-            raise KeyboardInterrupt
-        return infeasible(theta)
-
-    patience.__module__, patience.__qualname__ = infeasible.__module__, infeasible.__qualname__
+    folder = library(tmp_path / "library")
     whole = calibrate([folder])
     with pytest.raises(KeyboardInterrupt):
-        gc.calibrate(gc.PythonModel(patience), measured(), SPACE, runs=[folder], seed=6, stop=STOP, workers=1, folder=tmp_path / "campaign")
+        gc.calibrate(gc.PythonModel(Impatient(6)), measured(), SPACE, runs=[folder], seed=6, stop=STOP, workers=1, folder=tmp_path / "campaign")
     resumed = gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible))
     np.testing.assert_array_equal(resumed.samples, whole.samples)
     np.testing.assert_array_equal(resumed.posterior.weights, whole.posterior.weights)
@@ -134,6 +135,54 @@ def test_runs_of_other_models_and_parameters_are_refused_by_name(tmp_path):
         calibrate([folder], gc.ParameterSpace({"strength": (2, 3), "dilatancy": (0, 1)}))
     with pytest.raises(gc.InputError, match='filter.runs is an option of method = "posterior"'):
         calibrate([folder], method="iterative-bayesian")
+    # A library has no method.
+    paper = Calibration(SPACE, [gc.Experiment("drained", gc.PythonModel(infeasible), measured())], "iterative-bayesian", {"alpha": 5})
+    assert status(fill(paper, tmp_path / "of-the-paper"))["evaluations"] == 8
+
+
+def test_what_is_named_twice_and_what_has_no_name_is_refused(tmp_path):
+    folder = library(tmp_path / "library")
+    with pytest.raises(gc.InputError, match="this folder is named twice"):
+        calibrate([folder, tmp_path / "." / "library"])
+    nameless = gc.explore(gc.PythonModel(lambda theta: respond(theta)), SPACE, to=STRAIN, folder=tmp_path / "nameless", runs=4, workers=1)
+    with pytest.raises(gc.InputError, match="which has no name by which it could be known to be the same"):
+        gc.calibrate(gc.PythonModel(lambda theta: respond(theta)), measured(), SPACE, runs=[nameless])
+    (source,) = calibrate([folder]).calibration.known.sources
+    assert "That its model is the same is known by its name alone" in source
+    # A copy of a folder tells nothing more.
+    shutil.copytree(folder, tmp_path / "copy")
+    with pytest.raises(gc.InputError, match="40 known from another folder"):
+        calibrate([folder, tmp_path / "copy"])
+
+
+def test_places_where_runs_only_failed_are_open(tmp_path):
+    def fails(theta):
+        return gc.Failure("timeout", "too long.") if theta[0] > 0.5 else respond(theta)
+
+    known = KnownRuns(*_runs(fails), infeasible=np.zeros(60, dtype=bool), missing=np.random.default_rng(0).random((60, 2))[:, 0] > 0.5)
+    filter = PosteriorFilter(SPACE, measured(), known=known, first_batch=40)
+    asked = filter.ask().theta
+    assert np.mean(asked[:, 0] > 0.5) > 0.8 and len(asked) > 8
+
+
+def _runs(function):
+    theta = np.random.default_rng(0).random((60, 2))
+    nothing = np.full((len(STRAIN), 2), np.nan)
+    found = [function(each) for each in theta]
+    return theta, (np.array([nothing if isinstance(each, gc.Failure) else np.column_stack([each[name] for name in ERRORS]) for each in found]),)
+
+
+def test_what_explore_cannot_take_is_said(tmp_path):
+    experiment = gc.Experiment("drained", gc.PythonModel(infeasible), measured())
+    for model, to in (([experiment], 0.1), ([gc.PythonModel(infeasible)], None)):
+        with pytest.raises(gc.InputError, match="explore takes one model with to"):
+            gc.explore(model, SPACE, to, folder=tmp_path / "library")
+    with pytest.raises(gc.InputError, match="how far runs go"):
+        gc.explore(gc.PythonModel(infeasible), SPACE, folder=tmp_path / "library")
+    # What a beginning that was cut short leaves is no hindrance.
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "log.txt").touch()
+    assert status(library(tmp_path / "library", runs=4))["evaluations"] == 4
 
 
 TO = 0.02
@@ -173,7 +222,7 @@ def test_a_calibration_file_names_its_runs(tmp_path):
     path = write_calibration(tmp_path, ('function = "soil:respond"', f'function = "soil:respond", control = {STRAIN.tolist()}'), (THE_PAPERS, 'runs = ["library"]'), ("s = false\ngl_error_increment = false\nerror = false\nerror_increment = false\n", ""))
     with pytest.raises(gc.InputError, match=r"filter.runs: .*library: there is no campaign in this folder"):
         read_calibration(path)
-    fill(read_calibration(path, to=0.2), tmp_path / "library", 20)
+    fill(read_calibration(path, exploring=True), tmp_path / "library", 20)
     found = read_calibration(path)
     assert len(found.known) == 20 and "Learns from 20 runs" in found.known.sources[0]
     without = write_calibration(tmp_path, ('reference   = "reference.csv"\n', ""))

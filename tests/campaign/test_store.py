@@ -174,7 +174,7 @@ def test_a_store_of_another_format_is_refused(tmp_path):
     Store.create(calibration(), tmp_path).close()
     with sqlite3.connect(tmp_path / "campaign.db") as db:
         db.execute("PRAGMA user_version = 99")
-    with pytest.raises(InputError, match=r"this campaign was stored by graincal [\d.]+ in the format 99, and graincal [\d.]+ reads the format 3 alone: calibrate again, in another folder"):
+    with pytest.raises(InputError, match=r"this campaign was stored by graincal [\d.]+ in the format 99, and graincal [\d.]+ reads the format 4 alone: calibrate again, in another folder"):
         Store.open(tmp_path)
 
 

@@ -27,6 +27,9 @@ from graincal.inference.early_stop import EarlyStop
 
 CURVES = "curves"
 
+OFTEN = 30.0
+"""Seconds after which it is stored anew how long a campaign has run: what a kill loses of the clock."""
+
 
 class Campaign:
     """A calibration as it runs, on a store that holds nothing of it yet, or some, or all.
@@ -41,11 +44,18 @@ class Campaign:
         self.listeners = tuple(listeners)
         self._batches_given = 0
         self._began, self._spent_before = time.monotonic(), float(store.meta(SPENT) or 0)
+        self._noted = self._began
 
     def run(self) -> Result:
         """Go on to the end."""
         for listener in self.listeners:
             listener.begins(self.calibration)
+        try:
+            return self._to_the_end()
+        finally:
+            self.store.spend(self._spent)
+
+    def _to_the_end(self) -> Result:
         filter = self.calibration.new_filter(self.store.look)
         if getattr(filter, "ahead", 0):
             # Evaluations in threads go on while the filter limits the threads of linear algebra, which holds for all of a process: their last digits
@@ -78,7 +88,6 @@ class Campaign:
             learnt, looks = (Learnt.of(filter), filter.take_looks()) if isinstance(filter, PosteriorFilter) else (None, [])
             self.store.complete(filter.iterations[-1], learnt, looks)
             replayed = index < known
-            self.store.spend(self._spent)
             if self.store.folder and (filter.finished or not replayed):
                 write_curves(Result(self.store, self.calibration), self.store.folder / CURVES)
             for listener in self.listeners:
@@ -153,6 +162,9 @@ class Campaign:
 
     def _record(self, id: int, number: int, outcome: Response | Failure) -> None:
         self.store.record(id, number, outcome)
+        if time.monotonic() - self._noted > OFTEN:
+            self._noted = time.monotonic()
+            self.store.spend(self._spent)
         for listener in self.listeners:
             listener.evaluated(id, self.calibration.experiments[number].name, outcome)
 

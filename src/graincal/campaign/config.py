@@ -307,17 +307,17 @@ class CalibrationFile(Section):
     run: RunSection = Field(RunSection(), description="a table [run]")
 
 
-def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), to: float | None = None) -> Calibration:
+def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
     """Read a calibration file and all that it names, and check that it can be calibrated.
 
-    more_runs: folders beside those under `runs`. to: without references, up to this control value (`library.no_reference`).
+    more_runs: folders beside those under `runs`. exploring: for a library, without what was run before; to: then without references, up to this control value (`library.no_reference`).
 
     Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected.
     """
     path = Path(path)
     file, source = _read(path)
     try:
-        return replace(_build(file, path.parent, source, more_runs, to), file=str(_from_root(path))).check()
+        return replace(_build(file, path.parent, source, more_runs, exploring, to), file=str(_from_root(path))).check()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -357,7 +357,7 @@ def _from_root(path: Path) -> Path:
     return Path(os.path.abspath(path))
 
 
-def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence[Path] = (), to: float | None = None) -> Calibration:
+def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence[Path] = (), exploring: bool = False, to: float | None = None) -> Calibration:
     parameters = file.parameters.items()
     space = ParameterSpace(
         {name: entry.range for name, entry in parameters},
@@ -378,7 +378,9 @@ def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence
         source,
         expected_seconds=file.run.expected_seconds,
     )
-    if to is None and (runs := (*(_from_root(folder / each) for each in file.filter.runs or ()), *more_runs)):
+    if exploring:
+        return calibration
+    if runs := (*(_from_root(folder / each) for each in file.filter.runs or ()), *more_runs):
         try:
             calibration = replace(calibration, known=known_runs(runs, calibration.check()))
         except InputError as error:

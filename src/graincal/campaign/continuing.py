@@ -10,7 +10,7 @@ from typing import Any
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.replay import runs_at_answer, tell
-from graincal.campaign.store import Store, same
+from graincal.campaign.store import SPENT, Store, same
 from graincal.data import InputError
 from graincal.inference import Stop
 from graincal.suggestion import did_you_mean
@@ -41,6 +41,8 @@ def refuse_another_past(store: Store, calibration: Calibration) -> int:
     stop = calibration.blank_filter().stop
     if ended and (ended not in _CRITERIA or stop.max_iterations != calibration.stop.max_iterations):
         raise InputError(f"{store.folder}: this campaign is at its end, by {calibration.method} and {ended}, and no criterion of stopping changes that: {because}")
+    if ended == "hours" and stop.hours is not False and float(store.meta(SPENT) or 0) >= 3600 * stop.hours:
+        raise InputError(f"{store.folder}: it would still be at its end, by hours ({because}); raise that limit, or switch it off by false.")
     iterations, begun = store.iterations(), store.last_iteration()
     if begun is None:
         return 0

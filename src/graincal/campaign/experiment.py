@@ -61,7 +61,7 @@ class Experiment:
         outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers, **self._watch(hopeless)))
         try:
             for row, outcome in outcomes:
-                yield row, self._compared(outcome) if isinstance(outcome, Response) else outcome
+                yield row, self.compared(outcome) if isinstance(outcome, Response) else outcome
         finally:
             # Not left to the garbage collector: simulations under way are stopped now.
             if hasattr(outcomes, "close"):
@@ -74,7 +74,7 @@ class Experiment:
 
         def compared(sample: Samples) -> Response | Failure:
             outcome = each.evaluate(sample)
-            return self._compared(outcome) if isinstance(outcome, Response) else outcome
+            return self.compared(outcome) if isinstance(outcome, Response) else outcome
 
         return replace(each, evaluate=compared)
 
@@ -116,7 +116,7 @@ class Experiment:
         met = interpolate(replace(response, values=compared, details={**response.details, "stopped": 1}), self.reference.control)
         return met.observables(self.reference.names)
 
-    def _compared(self, response: Response) -> Response | Failure:
+    def compared(self, response: Response) -> Response | Failure:
         """The response, or why it cannot be compared with the reference."""
         if missing := [name for name in self.reference.names if name not in response.values]:
             raise InputError(f'experiment "{self.name}": the model returns {", ".join(response.values)}, and the reference needs {", ".join(missing)} too.')

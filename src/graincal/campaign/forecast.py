@@ -21,11 +21,9 @@ class Forecast:
     at_most: int | None
 
     @classmethod
-    def of(cls, asked: int, first_batch: int, at_most: int | None, *, at_answer: bool = False) -> Forecast:
-        """Of a calibration that has asked for so many, of which the last are the runs at the answer or not."""
-        if at_answer:
-            return cls(asked, at_most)
-        # One that has gone further than most goes on for another batch at the least, and for the fresh runs and those at the answer.
-        settles = max(SETTLES_AFTER * first_batch, (1 + GROWTH) * asked) if asked > first_batch else SETTLES_AFTER * first_batch
+    def of(cls, first_batch: int, known: int, at_most: int | None) -> Forecast:
+        """Of a calibration whose first batch has so many samples, beside runs that are known already."""
+        # Known runs are as good as a first batch: little more than what confirms them is wanted.
+        settles = (1 + GROWTH) * first_batch if known else SETTLES_AFTER * first_batch
         expected = int(np.ceil(settles)) + FRESH + REPLICATES
         return cls(expected if at_most is None else min(expected, at_most), at_most)

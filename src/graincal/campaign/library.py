@@ -11,14 +11,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
 from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.listener import Listener
+from graincal.campaign.log import NAME as LOG
 from graincal.campaign.log import Log
-from graincal.campaign.store import LIBRARY, Store, holds_campaign
+from graincal.campaign.store import LIBRARY, NAME, Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.inference import Stop
 from graincal.inference.defensive import DefensiveMixture
 
 
@@ -44,6 +46,8 @@ def explore(
     """
     if isinstance(model, Sequence):
         experiments = list(model)
+        if to is not None or not all(isinstance(each, Experiment) for each in experiments):
+            raise InputError("explore takes one model with to, the last control value, or a list of Experiment(name, model, reference), whose references say how far runs go.")
     elif to is None:
         raise InputError("explore needs to know how far runs go: to = the last control value was expected.")
     else:
@@ -64,7 +68,9 @@ def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name
 
 def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = ()) -> Path:
     """Make a library of runs for calibrations like this one."""
-    folder, calibration = Path(folder), calibration.check()
+    # A library has no method, and no end but its runs.
+    folder = Path(folder)
+    calibration = replace(calibration, method=POSTERIOR, filter_options={}, stop=Stop(), first_look=None, look=None, known=None).check()
     count = calibration.blank_filter().first_batch if runs is None else runs
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
         raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
@@ -73,16 +79,21 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
             if not store.keeps(calibration) or store.meta(LIBRARY) != str(count):
                 raise InputError(f"{folder}: this folder holds another library, and a new one needs a folder of its own.")
         return go_on_filling(folder, [each.model for each in calibration.experiments], calibration.workers, listeners)
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(f"{folder}: this is there already, and a library needs a folder of its own.")
+    _refuse_occupied(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FolderError.of(folder, error) from error
     with closing(Log(folder)) as log:
-        store = Store.create(calibration, folder)
-        store.keep(LIBRARY, str(count))
-        return _fill(calibration, store, (*listeners, log))
+        # Once more under the lock: another process may have begun here.
+        _refuse_occupied(folder)
+        return _fill(calibration, Store.create(calibration, folder, library=count), (*listeners, log))
+
+
+def _refuse_occupied(folder: Path) -> None:
+    """Raise InputError where something is in the folder already; a log is what a beginning that was cut short leaves."""
+    if folder.exists() and (not folder.is_dir() or holds_campaign(folder) or any(each.name not in (LOG, NAME) for each in folder.iterdir())):
+        raise InputError(f"{folder}: this is there already, and a library needs a folder of its own.")
 
 
 def go_on_filling(folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = ()) -> Path:

@@ -50,7 +50,7 @@ CODES: dict[str, dict[str, str]] = {
         "emulator-too-sure": "the emulator's intervals hold too few of the held-out runs",
         "few-runs-carry": "a few runs carry most of the weight",
         "many-failures": "many evaluations failed",
-        "runs-fail-there": "some of the probability lies where runs fail, for another reason than that parameters are impossible",
+        "runs-fail-there": "some of the probability lies where runs give nothing: they fail, or parameters are impossible",
         "stopped-runs-count": "runs that were stopped early may hold more of the probability than they were to",
         "answer-far": "the answer is further from the reference than the errors explain",
         "errors-too-large": "the answer is closer to the reference than the stated errors lead to",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
@@ -21,7 +22,7 @@ from graincal.campaign.log import Log
 from graincal.campaign.provenance import differences, provenance
 from graincal.campaign.result import Result
 from graincal.campaign.runs import known_runs
-from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.store import SPENT, Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference import DEFAULT_METHOD, Stop
@@ -178,13 +179,14 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
     others = [listener for listener in listeners if not isinstance(listener, Log)]
     for listener in listeners:
         listener.remark("Takes a first look by cheaper models.")
-    folder = store.folder / LOOK if store.folder else None
+    folder, began = store.folder / LOOK if store.folder else None, time.monotonic()
     if folder and holds_campaign(folder):
         result = resume(folder, workers=calibration.workers, listeners=others)
     else:
         result = begin(look, folder, others)
     found = first_look_of(result, calibration, str(folder or "first_look"))
     store.keep_first_look(found)
+    store.spend(float(store.meta(SPENT) or 0) + time.monotonic() - began)
     for listener in listeners:
         listener.remark(f"Begins with {len(found.theta)} evaluations of the first look.")
     return replace(calibration, first_look=found)

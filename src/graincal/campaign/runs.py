@@ -19,14 +19,13 @@ from graincal.campaign.store import Store, as_stored
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference.known_runs import KnownRuns
 from graincal.inference.thinning import Thinning
-from graincal.interpolation import interpolate
 from graincal.models import StressPathTest
 
-# What may differ between a model that was run and one that is to be: the pressure, where the test is the same in units of it; what is unknown in one and fixed in the other; how long it is run.
+# Of a model that was run and one that is to be: the pressure may be another one, where the test is the same in units of it; and what is unknown in one may be fixed in the other.
 _MAY_DIFFER = ("confining_pressure", "fixed")
 
 _NAMES = {"name": "the function", "more_packings": "the number of packings"}
-"""What a key of a described model is called where it says it badly."""
+"""Of keys of a described model whose own names do not say what they are: words that do."""
 
 SAME = 1e-9
 """Values of one parameter that differ by less than this part of its range are the same."""
@@ -40,6 +39,7 @@ class _Gathered:
     responses: list[list[NDArray[np.float64]]] = field(default_factory=list)
     infeasible: list[bool] = field(default_factory=list)
     missing: list[bool] = field(default_factory=list)
+    known: set[tuple[bytes, ...]] = field(default_factory=set)
 
 
 def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> KnownRuns:
@@ -47,24 +47,36 @@ def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> Known
 
     A run counts that was made on the same packings by the same law along the same path with the same settings, at parameters within the calibration's ranges, and covers its references. The reference
     that it was made for does not matter. A triaxial test whose grains' density follows from the inertial number is the same in units of its confining pressure, and so serves at any:
-    a run at another pressure is one at a log_E as much higher. Raises InputError, with the difference by name, for a folder whose models are others or that has no run to learn from.
+    a run at another pressure is one at a log_E as much higher. Functions of Python are compared by their names, which is said. Raises InputError, with the difference by name, for a folder whose models are others or that has no run to learn from.
     """
     thinnings = calibration.blank_filter().thinnings
     gathered, said = _Gathered(), []
+    resolved = [Path(folder).resolve() for folder in folders]
+    if twice := [folder for folder in dict.fromkeys(resolved) if resolved.count(folder) > 1]:
+        raise InputError(f"{twice[0]}: this folder is named twice.")
     for folder in folders:
         before = len(gathered.theta)
         with closing(Store.open(Path(folder))) as store:
-            left_out = _gather(gathered, store, str(folder), calibration, thinnings)
+            left_out, by_name = _gather(gathered, store, str(folder), calibration, thinnings), _by_name(store)
         found = len(gathered.theta) - before
         if not found:
             raise InputError(f"{folder}: none of its runs can be learnt from, {_listed(left_out) or 'for it has none that has ended'}.")
         failed = sum(gathered.missing[before:]) + sum(gathered.infeasible[before:])
         but = f"; left out: {_listed(left_out)}" if left_out else ""
-        said.append(f"Learns from {found} runs of {folder}{f', of which {failed} failed' if failed else ''}{but}.")
+        same = f" That its model is the same is known by its name alone, {by_name}." if by_name else ""
+        said.append(f"Learns from {found} runs of {folder}{f', of which {failed} failed' if failed else ''}{but}.{same}")
     shapes = [thinning.kept.values.shape for thinning in thinnings]
     responses = tuple(np.array([each[number] for each in gathered.responses]).reshape(-1, *shape) for number, shape in enumerate(shapes))
     theta, infeasible, missing = np.array(gathered.theta), np.array(gathered.infeasible), np.array(gathered.missing)
     return KnownRuns(theta.reshape(-1, calibration.space.size), responses, infeasible.astype(bool), missing.astype(bool), tuple(said))
+
+
+def _by_name(store: Store) -> str:
+    """The names of the functions that a store's models are; nothing for built-in tests. Raises InputError for one that has no name of its own."""
+    named = dict.fromkeys(model.get("function") or model.get("name") for each in store.description["experiments"] if (model := each["model"])["kind"] in ("python", "absent"))
+    if nameless := [name for name in named if "<" in name]:
+        raise InputError(f"{store.folder}: its model is {nameless[0]}, which has no name by which it could be known to be the same; a function or a class of a module was expected.")
+    return ", ".join(named)
 
 
 def _gather(gathered: _Gathered, store: Store, named: str, calibration: Calibration, thinnings: Sequence[Thinning]) -> dict[str, int]:
@@ -95,6 +107,9 @@ def _add(
     """Add one run; or why it says nothing. scale: whether each experiment's response is to be taken to its confining pressure."""
     failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
     nothing = [np.full(thinning.kept.values.shape, np.nan) for thinning in thinnings]
+    if any(failure.kind == "output" for failure in failures):
+        # What could not be compared with the reference of then.
+        return "whose output could not be used"
     if failures:
         impossible = any(failure.kind == INFEASIBLE for failure in failures)
         responses = nothing
@@ -108,9 +123,13 @@ def _add(
             at_its_pressure = outcome.at_pressure(experiment.model.confining_pressure) if scaled else outcome
             if not set(experiment.reference.names) <= set(outcome.values):
                 return f"without {', '.join(sorted(set(experiment.reference.names) - set(outcome.values)))}"
-            if isinstance(interpolate(at_its_pressure, experiment.reference.control), Failure):
-                return "shorter than a reference"
+            if isinstance(compared := experiment.compared(at_its_pressure), Failure):
+                return "shorter than a reference" if "covers" in compared.reason else "not finite at a reference's rows"
             responses.append(thinning.reduce(experiment.observables(at_its_pressure)[None])[0])
+    run = (theta.tobytes(), *(each.tobytes() for each in responses))
+    if run in gathered.known:
+        return "known from another folder"
+    gathered.known.add(run)
     gathered.theta.append(theta)
     gathered.responses.append(responses)
     gathered.infeasible.append(bool(failures) and impossible)
@@ -142,7 +161,7 @@ def _same_models(store: Store, named: str, calibration: Calibration) -> list[tup
     for experiment, model, numbers in zip(calibration.experiments, ours, serve):
         at_pressure = [number for number in numbers if theirs[number].get("confining_pressure") == model.get("confining_pressure") and number not in chosen]
         if not at_pressure:
-            raise InputError(f'{named}: it has no runs at the confining pressure of the experiment "{experiment.name}", and with several experiments those of each were expected.')
+            raise InputError(f'{named}: it has no runs at the confining pressure of the experiment "{experiment.name}", and with several experiments those of each, at its own pressure, were expected.')
         chosen.append(at_pressure[0])
     return [tuple(chosen)]
 

@@ -35,7 +35,7 @@ NAME = "campaign.db"
 LIBRARY = "library"
 """The key under which a store of runs for no reference keeps how many there are to be."""
 
-VERSION = 3
+VERSION = 4
 
 OUT_OF_TIME, SPENT = "out of time", "seconds spent"
 """The keys under which a store keeps the iteration that was the last within the limit in time, and the wall time of all sittings so far."""
@@ -83,8 +83,8 @@ class Store:
         self._connection = connection
 
     @classmethod
-    def create(cls, calibration: Calibration, folder: Path | None = None) -> Store:
-        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`)."""
+    def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None) -> Store:
+        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference."""
         store = cls(folder, _connect(folder / NAME, create=True) if folder else sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False))
         meta = {
             "description": _as_json(describe(calibration)),
@@ -94,7 +94,7 @@ class Store:
             "truth": _as_json(calibration.truth),
             "provenance": json.dumps(provenance()),
             "started": _now(),
-        }
+        } | ({} if library is None else {LIBRARY: str(library)})
         with store._transaction() as db:
             for statement in _SCHEMA.split(";"):
                 db.execute(statement)
@@ -132,7 +132,6 @@ class Store:
     @cached_property
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
-        # Campaigns of before a truth could be given have none, and no file.
         truth = json.loads(self.meta("truth") or "{}")
         others = {"workers": json.loads(self.meta("workers")), "source": self.meta("source"), "truth": truth, "file": self.meta("file") or ""}
         return restore(self.description, known=self._known(), **others)

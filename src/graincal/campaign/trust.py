@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.remark import Remark, remark
-from graincal.campaign.replay import INFEASIBLE
 from graincal.inference.early_stop import MOST_DROPPED
 from graincal.inference.posterior import PROBABILITY
 from graincal.inference.settling import CONFIRMED, MOST_LOST
@@ -108,7 +107,7 @@ def _why_not_settled(result: Result) -> str:
     if not result.found.predicts:
         return "the emulator predicts nothing by which to tell"
     if result.found.lost > MOST_LOST:
-        return f"{100 * result.found.lost:.0f} % of its probability lies where runs fail, and at most {100 * MOST_LOST:g} % may"
+        return f"{100 * result.found.lost:.0f} % of its probability lies where runs give nothing, and at most {100 * MOST_LOST:g} % may"
     if enough is False:
         return "with posterior_shift = false nothing asks whether it has"
     if known.doubt > enough:
@@ -159,9 +158,10 @@ def _of_runs(result: Result) -> list[Remark]:
         text = f"{100 * result.failures / result.evaluations:.0f} % of the evaluations failed; the posterior knows of the places where they did by the emulator alone."
         said.append(remark("many-failures", text, failures=result.failures, evaluations=result.evaluations, limit=MANY_FAILURES))
     if found.lost > MANY_FAILURES:
-        kinds = [f"{kind} ({reason.rstrip('.')})" for kind, reason, _ in result.failure_kinds() if kind != INFEASIBLE]
-        text = f"{100 * found.lost:.0f} % of the probability lies where runs fail by a limit and not for impossible parameters: {', '.join(kinds)}. A wider limit would tell what they give."
-        said.append(remark("runs-fail-there", text, lost=found.lost, limit=MANY_FAILURES, kinds=[kind for kind, *_ in result.failure_kinds() if kind != INFEASIBLE]))
+        kinds = [(kind, reason.rstrip(".")) for kind, reason, _ in result.failure_kinds()]
+        named = ", ".join(f"{kind} ({reason})" for kind, reason in kinds) or "runs that were known before failed"
+        text = f"{100 * found.lost:.0f} % of the probability lies where runs give nothing: {named}. Where that is a limit, a wider one would tell; where parameters are impossible, narrower ranges."
+        said.append(remark("runs-fail-there", text, lost=found.lost, limit=MANY_FAILURES, kinds=[kind for kind, _ in kinds]))
     if found.dropped > MOST_DROPPED:
         text = (
             f"The runs that were stopped early may hold {100 * found.dropped:.2g} % of the probability, more than the {100 * MOST_DROPPED:g} % that they were to hold by "

@@ -116,14 +116,14 @@ def _expectation(calibration: Calibration) -> list[str]:
     shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
     with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
     if isinstance(filter, PosteriorFilter):
-        forecast = Forecast.of(samples, filter.first_batch, filter.most_evaluations)
+        forecast = Forecast.of(samples, len(calibration.known) if calibration.known else 0, filter.most_evaluations)
         if any(filter.siblings):
             runs = SIBLINGS * PLACES
             lines.append(f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes.")
         known = f" beside the {len(calibration.known)} that are known" if calibration.known else ""
         most = forecast.at_most
         limit = f", and ends after {most} at the most, {duration(seconds * most / samples)}" if most else ""
-        hours = f" It begins nothing after {calibration.stop.hours:g} hours." if calibration.stop.hours else ""
+        hours = f" It begins no further batch after {calibration.stop.hours:g} hours." if calibration.stop.hours else ""
         return [
             *lines,
             f"Expect {samples} evaluations that fill the ranges{known}, about {duration(seconds)} {with_workers}. As most do, a calibration settles after some "

@@ -33,7 +33,7 @@ def explore(
     from graincal.cli.running import fill_and_say
 
     with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
-        calibration = replace(read_calibration(file, to=to), first_look=None, look=None, known=None)
+        calibration = read_calibration(file, exploring=True, to=to)
     if workers is not None:
         calibration = replace(calibration, workers=parse_workers(workers))
     if seed is not None:

@@ -12,8 +12,11 @@ from scipy.special import logsumexp
 from graincal.inference.emulator import Emulator
 from graincal.inference.likelihood import ReducedLikelihood
 
+# How much a spread counts beside a mean, where it is asked whether the posterior is known: tails make it uncertain by more.
+SPREADS = 0.6
+
 # Joint draws of the emulators, at so many samples of the posterior.
-DRAWS, SAMPLES = 100, 600
+DRAWS, SAMPLES = 100, 1000
 
 
 # What nine draws in ten are within, in standard deviations of a Gaussian: a few draws far out would decide a root mean square.
@@ -37,8 +40,8 @@ class Doubt:
 
     @property
     def most(self) -> float:
-        """The larger of both."""
-        return max(self.means, self.spreads)
+        """The larger of both, spreads by their part of what means are."""
+        return max(self.means, SPREADS * self.spreads)
 
 
 def doubt(
