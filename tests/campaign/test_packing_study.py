@@ -13,6 +13,7 @@ from graincal.campaign.status import status
 from graincal.data import InputError
 from graincal.inference.packings import PLACES, SIBLINGS
 from graincal.models import StressPathTest
+from graincal.report import prediction
 
 from . import frictional
 
@@ -119,3 +120,16 @@ def test_a_simulated_reference_is_said_to_be_taken_for_another_packing_s(engine)
         reference = gc.Reference(frictional.STRAIN, frictional.curves(*TRUTH), measurement_errors=ERRORS, simulated=simulated)
         found = doubts(Calibration(SPACE, [gc.Experiment("drained", test, reference)], filter_options=options))
         assert any("is taken for one on another packing like this one" in doubt for doubt in found) is said
+
+
+def test_a_report_simulates_its_prediction_once(engine, tmp_path, monkeypatch):
+    result, simulated = calibrate(tmp_path / "campaign"), []
+    own = prediction._simulate
+    monkeypatch.setattr(prediction, "_simulate", lambda *arguments: simulated.append(arguments) or own(*arguments))
+    first = prediction.predict_response(result, 2.0).response
+    again = prediction.predict_response(gc.Result.read(tmp_path / "campaign"), 2.0).response
+    assert len(simulated) == 1 and list(again.values) == list(first.values)
+    np.testing.assert_array_equal(again.control, first.control)
+    np.testing.assert_array_equal(again.values["stress_ratio"], first.values["stress_ratio"])
+    prediction.predict_response(result, 4.0)
+    assert len(simulated) == 2

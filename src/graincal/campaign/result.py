@@ -180,14 +180,15 @@ class Result:
         with threadpool_limits(1):
             return self.knowledge.recall(self.found)
 
-    def derived(self, name: str, compute: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Numbers that take long to compute of what the last look found: those that are stored, or else computed by one thread and stored."""
+    def derived(self, name: str, compute: Callable[[], NDArray | None]) -> NDArray | None:
+        """Numbers that take long to compute of what the last look found: those that are stored, or else computed by one thread and stored; but for None, which is computed again."""
         evaluations = len(self.found.weights)
         known = self._store.derived(name, evaluations)
         if known is None:
             with threadpool_limits(1):
                 known = compute()
-            self._store.keep_derived(name, evaluations, known)
+            if known is not None:
+                self._store.keep_derived(name, evaluations, known)
         return known
 
     @property

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from graincal.campaign import Candidate, Experiment, Result
-from graincal.data import Response
+from graincal.data import Failure, Response
 from graincal.models import TriaxialTest
 from graincal.notation import numbers
 from graincal.notation.quantities import quantity
@@ -16,6 +20,7 @@ from graincal.report.responses import control_axis
 
 LONGEST = 120.0
 """Seconds that the same sample's evaluation may have taken for a report to simulate it once more."""
+CONTROL = "control of the prediction"
 _MORE_STEPS = 3
 """How many times the steps of that evaluation the simulation may take."""
 
@@ -52,10 +57,34 @@ def predict_response(result: Result, factor: float | None) -> Prediction | None:
         missing = f"It was not simulated: the same sample took {numbers.duration(seconds)} in the calibration, and a report waits {LONGEST:g} s at most."
         return Prediction(experiment, test, candidate, calibrated, None, missing)
     bounded = replace(test, step_limit=min(test.step_limit, int(_MORE_STEPS * steps)))
-    [(_, outcome)] = bounded.evaluate(as_samples(result, candidate, experiment), experiment.reference.control, workers=1)
+    outcome = _kept(result, f"prediction of {candidate.sample} at {bounded.confining_pressure!r}", lambda: _simulate(result, bounded, candidate, experiment))
     if isinstance(outcome, Response):
         return Prediction(experiment, test, candidate, calibrated, outcome)
     return Prediction(experiment, test, candidate, calibrated, None, f"It could not be simulated: {outcome.reason}")
+
+
+def _simulate(result: Result, test: TriaxialTest, candidate: Candidate, experiment: Experiment) -> Response | Failure:
+    [(_, outcome)] = test.evaluate(as_samples(result, candidate, experiment), experiment.reference.control, workers=1)
+    return outcome
+
+
+def _kept(result: Result, name: str, simulate: Callable[[], Response | Failure]) -> Response | Failure:
+    """What is simulated, kept with what the last look found, so that another report does not run it again."""
+    if not result.has_posterior or result.found is None:
+        return simulate()
+    failures = []
+
+    def table() -> NDArray | None:
+        """The response's control and values as columns."""
+        outcome = simulate()
+        if isinstance(outcome, Failure):
+            failures.append(outcome)
+            return None
+        columns = {CONTROL: outcome.control, **outcome.values}
+        return np.rec.fromarrays(list(columns.values()), names=list(columns)).view(np.ndarray)
+
+    rows = result.derived(name, table)
+    return failures[0] if rows is None else Response(rows[CONTROL], {name: rows[name] for name in rows.dtype.names if name != CONTROL})
 
 
 def draw_prediction(prediction: Prediction | None) -> Figure | None:
