@@ -42,10 +42,6 @@ def test_a_known_truth_is_kept_and_changes_nothing_of_what_is_asked(tmp_path):
     given = calibration(truth={"strength": 0.6}).check()
     store = Store.create(given, tmp_path)
     assert store.calibration.truth == {"strength": 0.6} and store.keeps(calibration())
-    with sqlite3.connect(tmp_path / "campaign.db") as db:
-        db.execute("DELETE FROM meta WHERE key = 'truth'")
-    # A campaign of before there was any.
-    assert Store.open(tmp_path).calibration.truth == {}
 
 
 @pytest.mark.parametrize(("truth", "said"), [({"phi": 30}, "truth.phi is not a parameter; expected some of strength"), ({"strength": np.nan}, "truth.strength must be a number")])

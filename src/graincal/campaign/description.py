@@ -34,7 +34,7 @@ def describe(calibration: Calibration) -> dict[str, Any]:
         "filter": calibration.decided_options,
         "stop": describe_stop(calibration.method, calibration.stop),
         "seed": int(calibration.seed),
-        # Left out where there is none, as it is in campaigns of before there could be one.
+        # Left out where there is none.
         **({"first_look": describe_first_look(calibration.first_look)} if calibration.first_look else {}),
         **({"look": describe(calibration.look)} if calibration.look else {}),
         **({"known": _describe_known(calibration.known)} if calibration.known else {}),
@@ -43,7 +43,7 @@ def describe(calibration: Calibration) -> dict[str, Any]:
 
 def describe_stop(method: str, stop: Stop) -> dict[str, Any]:
     """The criteria of stopping."""
-    # One that the paper's method does not look at: descriptions are compared with those of campaigns stored before there was another method.
+    # Without the one that the paper's method does not look at, and with the limit that it has by itself.
     if method == POSTERIOR:
         return asdict(stop)
     return {name: limit for name, limit in asdict(stop).items() if name != "posterior_shift"} | {"max_iterations": stop.most_iterations}
@@ -82,7 +82,7 @@ def _describe_parameters(space: ParameterSpace) -> list[dict[str, Any]]:
     """The parameters as they were given; those with a value for each experiment are told apart again by the experiments' names."""
     given = space.of_experiment(0)
     return [
-        # Left out where it is false, as it is in campaigns of before there was a choice.
+        # Left out where it is false.
         {"name": name, "range": [float(low), float(high)], "unit": unit, **({"per_experiment": True} if name in space.per_experiment else {})}
         for name, low, high, unit in zip(given.names, given.low, given.high, given.units)
     ]
@@ -96,7 +96,7 @@ def _describe_reference(reference: Reference) -> dict[str, Any]:
         "variance_shares": dict(reference.variance_shares),
         "measurement_errors": {name: _describe_error(error) for name, error in reference.measurement_errors.items()},
         "notes": list(reference.notes),
-        # Left out where nothing is said, as it is in campaigns of before one could.
+        # Left out where nothing is said.
         **({"control_step": reference.control_step} if reference.control_step else {}),
         **({"simulated": True} if reference.simulated else {}),
     }
@@ -179,6 +179,5 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         return TESTS[described["kind"]](packings, **options)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
-        # Campaigns of before there was a time-out have none.
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
     return AbsentModel(described["name"])

@@ -25,7 +25,7 @@ class Learnt:
     standard deviations (`sensitivity.Doubt`); confirmed: what the latest fresh runs left of the posterior's probability (`PosteriorFilter.confirmed`).
     mean, std, low, high, answer: of each parameter, the posterior's moments, the ends of its central interval of 90 %, and where the answer is; () where there is nothing.
     siblings, apart: of each experiment, how many packings like its own were run, 0 where none could be, and how far its own is from their mean (`PackingScatter`), NaN where that is not known;
-    () in campaigns that were stored before it was kept. fits_about_as_well: the runs that fit about as well as the answer; None where no run has a response, and in those campaigns.
+    fits_about_as_well: the runs that fit about as well as the answer; None where no run has a response.
     """
 
     posterior_shift: float = math.nan

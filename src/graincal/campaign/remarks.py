@@ -62,7 +62,7 @@ def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, .
         *_fitting(result, known),
         *_answer(result, known),
         *doubts(result, known),
-        *conditions(result, known),
+        *conditions(result),
         _ending(result),
     )
 

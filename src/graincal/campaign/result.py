@@ -23,7 +23,7 @@ from graincal.data import Failure, InputError, ParameterSpace, Response
 from graincal.inference import Grade, Posterior, Stop, grade
 from graincal.inference.emulation import Emulation, Found
 from graincal.inference.knowledge import Knowledge
-from graincal.inference.likely_runs import LikelyRuns, likely_runs
+from graincal.inference.likely_runs import LikelyRuns
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,13 +236,7 @@ class Result:
     def fits_about_as_well(self) -> LikelyRuns | None:
         """The runs whose log likelihood is within two standard deviations of that of repeated runs at the answer, or above, and the values that they have: by the method "posterior",
         at any moment, settled or not, and by no emulator. None by other methods, and where no run has a response. `likely_runs` says what it is before the answer is run again."""
-        if not self.has_posterior:
-            return None
-        if stored := self.learnt[-1].fits_about_as_well:
-            return stored
-        # Nothing is stored where no run has a response, and in campaigns of before it was.
-        known, answer = self.knowledge, self.answer
-        return likely_runs(known.evaluations, known.kept, known.errors, len(answer.samples) if answer else 0)
+        return self.learnt[-1].fits_about_as_well if self.has_posterior else None
 
     @cached_property
     def remarks(self) -> tuple[Remark, ...]:

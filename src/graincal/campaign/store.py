@@ -132,8 +132,8 @@ class Store:
     @cached_property
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
-        truth = json.loads(self.meta("truth") or "{}")
-        others = {"workers": json.loads(self.meta("workers")), "source": self.meta("source"), "truth": truth, "file": self.meta("file") or ""}
+        truth = json.loads(self.meta("truth"))
+        others = {"workers": json.loads(self.meta("workers")), "source": self.meta("source"), "truth": truth, "file": self.meta("file")}
         return restore(self.description, known=self._known(), **others)
 
     def _known(self) -> KnownRuns | None:

@@ -61,14 +61,14 @@ def doubts(result: Result, known: ByEmulators | None) -> list[Remark]:
         *_of_runs(result),
         *(_of_errors(result, known) if known else []),
         *_of_answer(result),
-        *_of_packings(result, known),
+        *_of_packings(result),
     ]
     return said if said or known is None else [_nothing_against(result)]
 
 
-def conditions(result: Result, known: ByEmulators | None) -> list[Remark]:
+def conditions(result: Result) -> list[Remark]:
     """What the posterior takes for granted."""
-    said, packings = [], _packings(result, known)
+    said, packings = [], _packings(result)
     for number, code, (these, one) in ((1, "one-packing", ("this packing", "one packing")), (2, "two-packings", ("these two packings", "two"))):
         names = [each.name for each, count, _ in packings if isinstance(each.model, StressPathTest) and not count and len(each.model.packings) == number]
         if names:
@@ -206,9 +206,9 @@ def _of_answer(result: Result) -> list[Remark]:
     return said
 
 
-def _of_packings(result: Result, known: ByEmulators | None) -> list[Remark]:
+def _of_packings(result: Result) -> list[Remark]:
     said = []
-    for experiment, count, apart in _packings(result, known):
+    for experiment, count, apart in _packings(result):
         if count and apart > UNLIKE:
             text = (
                 f"The packing of {experiment.name} is not like its {count} siblings: {apart:.2g} times as far from their mean as one more of them would be (in the mean over the states). "
@@ -218,15 +218,10 @@ def _of_packings(result: Result, known: ByEmulators | None) -> list[Remark]:
     return said
 
 
-def _packings(result: Result, known: ByEmulators | None) -> list[tuple]:
-    """Of each experiment how many siblings its packing has, and how far it is from their mean. Campaigns that were stored before this was kept have the curves told again, which takes longer than
-    what is asked without emulators may."""
+def _packings(result: Result) -> list[tuple]:
+    """Of each experiment how many siblings its packing has, and how far it is from their mean."""
     learnt = result.learnt[-1]
-    if learnt.siblings:
-        return list(zip(result.experiments, learnt.siblings, learnt.apart))
-    if known is None:
-        return []
-    return [(each, scatter.packings if scatter else 0, scatter.apart if scatter else np.nan) for each, scatter in zip(result.experiments, result.knowledge.packings)]
+    return list(zip(result.experiments, learnt.siblings, learnt.apart))
 
 
 def _nothing_against(result: Result) -> Remark:
