@@ -140,7 +140,7 @@ def test_it_says_how_large_each_term_of_the_errors_was_taken(result, emulated):
     reference = result.experiments[0].reference
     peaks = np.abs(reference.values).max(axis=0)
     np.testing.assert_allclose(terms.deviations["measurement"], np.array([ERRORS[name] for name in reference.names]) / peaks, rtol=1e-3)
-    assert list(terms.deviations) == ["measurement", "all together, as the curve makes them"]
+    assert list(terms.deviations) == ["measurement", "what the emulator's components leave out", "all together, as the curve makes them"]
     # The reference has no error at all, and the model can reproduce it.
     assert terms.residual < 0.5 and "is as much as the errors lead to" in error_terms.sentence(emulated, [terms])
     # What a discrepancy of two percent allows is counted, and three times as large an answer's error is not of size one.
@@ -153,8 +153,8 @@ def test_it_says_how_large_each_term_of_the_errors_was_taken(result, emulated):
     likelihood = replace(emulated.emulation.likelihoods[0], **hypotheses_of(known, emulated))
     (allowed,) = error_terms.error_terms(Emulated(off, replace(emulated.emulation, likelihoods=(likelihood,))))
     assert 0.01 <= allowed.discrepancy <= 0.04 and allowed.residual > 3
-    assert list(allowed.deviations) == ["measurement", "what the model cannot reproduce", "all together, as the curve makes them"]
-    assert len(error_terms.table(emulated, [allowed]).rows) == 3
+    assert list(allowed.deviations) == ["measurement", "what the model cannot reproduce", "what the emulator's components leave out", "all together, as the curve makes them"]
+    assert len(error_terms.table(emulated, [allowed]).rows) == 4
 
 
 def hypotheses_of(known, emulated):

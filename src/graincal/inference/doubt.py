@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from graincal.inference.emulator import Emulator
 from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.posterior import PROBABILITY
 
 # How much a spread counts beside a mean, where it is asked whether the posterior is known: tails make it uncertain by more.
 SPREADS = 0.6
@@ -31,7 +32,7 @@ class Doubt:
     """What the posterior would be if the simulator's mean response were one of DRAWS that the emulators hold possible, each drawn jointly at samples of the posterior.
 
     means: how far a parameter's mean would be off in nine draws of ten, over 1.645, in its standard deviations, of the parameter where it is the most: that of a Gaussian is its standard deviation; spreads:
-    the same of the logarithm of what a standard deviation would be other by. log_evidence: (DRAWS,). Where the emulators do not know whether a region fits, a draw has it fit or not.
+    the same of the logarithm of what the width of its central interval of 90 % would be other by, for a standard deviation hangs on a percent of the probability that lies far out. log_evidence: (DRAWS,). Where the emulators do not know whether a region fits, a draw has it fit or not.
     """
 
     means: float
@@ -58,16 +59,24 @@ def doubt(
     means, middle, spread = weights @ unit, unit.mean(axis=0), unit.std(axis=0)
     # Where a draw leaves one sample alone, its spread is none that can be told.
     spreads = np.sqrt(np.maximum(weights @ unit**2 - means**2, (LEAST_SPREAD * spread) ** 2))
-    away = (unit - means[:, None]) / spreads[:, None]
-    # A draw's moments are off by the sampling too, which is no doubt: the variances of a weighted mean and of the logarithm of a weighted standard deviation.
-    squared = (weights**2)[:, :, None]
-    of_means, of_spreads = np.sum(squared * away**2, axis=1), np.sum(squared * (away**2 - 1) ** 2, axis=1) / 4
+    # A draw's mean is off by the sampling too, which is no doubt: by the variance of a weighted mean.
+    sampling = np.einsum("dm,dmk->dk", weights**2, (unit - means[:, None]) ** 2)
     wider = np.maximum(spread, spreads)
-    off, other = (means - middle) / wider, np.log(spreads / spread)
-    return Doubt(_usual(off, of_means * (spreads / wider) ** 2), _usual(other, of_spreads), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
+    widths = np.array([_width(column, weights) for column in unit.T]).T
+    own = np.array([_width(column, np.full((1, len(unit)), 1 / len(unit)))[0] for column in unit.T])
+    other = np.log(np.maximum(widths, LEAST_SPREAD * own) / own)
+    return Doubt(_usual((means - middle) / wider, sampling / wider**2), _usual(other, np.zeros(1)), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
+
+
+def _width(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of the central intervals of values (M,) by each of several sets of weights (D, M): (D,)."""
+    order = np.argsort(values, kind="stable")
+    cumulated = np.cumsum(weights[:, order], axis=1)
+    low, high = (np.argmax(cumulated >= level * cumulated[:, -1:], axis=1) for level in ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2))
+    return values[order][high] - values[order][low]
 
 
 def _usual(off: NDArray[np.float64], sampling: NDArray[np.float64]) -> float:
-    """How large values (D, n) are in nine draws of ten, as a standard deviation, less the variance (D, n) that their sampling has: of the column where it is the most."""
+    """How large values (D, n) are in nine draws of ten, as a standard deviation, less the variance that their sampling has, (D, n) or none: of the column where it is the most."""
     deviation = np.quantile(np.abs(off), MOST_DRAWS, axis=0) / IN_DEVIATIONS
     return float(np.sqrt(np.maximum(deviation**2 - np.median(sampling, axis=0), 0)).max())

@@ -21,7 +21,7 @@ class Reduction:
     So the scores of a curve's first segments are known whatever becomes of the others; and over the curves each has a mean of 0, a variance of 1, and no
     correlation with another. One segment gives principal components.
 
-    scores (N, q), basis (K, q); left_out (N, K): the squares of what they leave out.
+    scores (N, q), basis (K, q); left_out (K,): the variance of what they leave out.
     """
 
     def __init__(self, curves: NDArray[np.float64], segments: NDArray[np.int64]) -> None:
@@ -41,7 +41,7 @@ class Reduction:
             self.basis = np.column_stack([self.basis, np.zeros((curves.shape[1], q))])
             self.basis[mine, before:] = right[:q].T * deviation
             self._of, self._deviation = np.append(self._of, np.full(q, segment)), np.append(self._deviation, deviation)
-        self.left_out = (curves - self.scores @ self.basis.T) ** 2
+        self.left_out = np.mean((curves - self.scores @ self.basis.T) ** 2, axis=0)
 
     def of_first_segments(self, curves: NDArray[np.float64]) -> NDArray[np.float64]:
         """The scores (M, q) of curves (M, K) that are NaN from somewhere on: those of the segments that are there, NaN for the others."""

@@ -58,6 +58,7 @@ def _of_experiment(emulated: Emulated, number: int) -> ErrorTerms:
     discrepancy = float(np.sqrt(shares @ errors.discrepancies**2))
     if errors.discrepancies.any():
         terms["what the model cannot reproduce"] = np.full(len(peaks), discrepancy)
+    terms["what the emulator's components leave out"] = parts(emulator.truncation)
     whole = np.tensordot(shares, errors.covariances, axes=1) + emulator.added(known.scatters[number])
     terms["all together, as the curve makes them"] = parts(np.diag(whole))
     return ErrorTerms(terms, discrepancy, float(shares @ errors.packing_factors) if scatter else np.nan, _residual(emulated, number, whole))
