@@ -11,10 +11,12 @@ from scipy.special import logsumexp
 
 from graincal.inference.emulator import Emulator
 from graincal.inference.likelihood import ReducedLikelihood
-from graincal.inference.posterior import PROBABILITY
 
 # How much a spread counts beside a mean, where it is asked whether the posterior is known: tails make it uncertain by more.
 SPREADS = 0.6
+
+# Of the probability, within a standard deviation of a Gaussian's mean.
+CENTRAL = 0.683
 
 # Joint draws of the emulators, at so many samples of the posterior.
 DRAWS, SAMPLES = 100, 1000
@@ -32,7 +34,8 @@ class Doubt:
     """What the posterior would be if the simulator's mean response were one of DRAWS that the emulators hold possible, each drawn jointly at samples of the posterior.
 
     means: how far a parameter's mean would be off in nine draws of ten, over 1.645, in its standard deviations, of the parameter where it is the most: that of a Gaussian is its standard deviation; spreads:
-    the same of the logarithm of what the width of its central interval of 90 % would be other by, for a standard deviation hangs on a percent of the probability that lies far out. log_evidence: (DRAWS,). Where the emulators do not know whether a region fits, a draw has it fit or not.
+    the same of the logarithm of what the width of its central interval of 68 % would be other by: of a Gaussian that is two standard deviations, and it does not hang on a percent of the probability that
+    lies far out. log_evidence: (DRAWS,). Where the emulators do not know whether a region fits, a draw has it fit or not.
     """
 
     means: float
@@ -69,10 +72,10 @@ def doubt(
 
 
 def _width(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of the central intervals of values (M,) by each of several sets of weights (D, M): (D,)."""
+    """Of the central intervals, CENTRAL of the probability, of values (M,) by each of several sets of weights (D, M): (D,)."""
     order = np.argsort(values, kind="stable")
     cumulated = np.cumsum(weights[:, order], axis=1)
-    low, high = (np.argmax(cumulated >= level * cumulated[:, -1:], axis=1) for level in ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2))
+    low, high = (np.argmax(cumulated >= level * cumulated[:, -1:], axis=1) for level in ((1 - CENTRAL) / 2, (1 + CENTRAL) / 2))
     return values[order][high] - values[order][low]
 
 

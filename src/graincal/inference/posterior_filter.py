@@ -28,7 +28,7 @@ from graincal.inference.known_runs import KnownRuns, uncovered
 from graincal.inference.packings import PackingScatter, Siblings, places
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
-from graincal.inference.doubt import Doubt
+from graincal.inference.doubt import CENTRAL, Doubt
 from graincal.inference.settling import FRESH, Settling
 from graincal.inference.stop import ITERATIONS, Stop
 
@@ -231,7 +231,7 @@ class PosteriorFilter(AskTellFilter):
         return self._settling.confirmed
 
     def shift(self, last: int = 0) -> float:
-        """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of the width of an interval. Infinite where
+        """How far a batch moved the posterior at most, the last one or one so many before: a mean in standard deviations, or the log of the width of an interval of 68 %. Infinite where
         there is none to compare with or it was not looked at, and where the emulator predicts nothing (`Emulation.predicts`)."""
         if len(self._found) < 2 + last:
             return np.inf
@@ -241,7 +241,7 @@ class PosteriorFilter(AskTellFilter):
         now, before = after.posterior, earlier.posterior
         with np.errstate(divide="ignore", invalid="ignore"):
             moved = np.abs(now.mean() - before.mean()) / now.std()
-            stretched = np.abs(np.log(np.ptp(now.interval(), axis=0) / np.ptp(before.interval(), axis=0)))
+            stretched = np.abs(np.log(np.ptp(now.interval(CENTRAL), axis=0) / np.ptp(before.interval(CENTRAL), axis=0)))
         return float(np.nanmax([*moved, *stretched]))
 
     # The loop

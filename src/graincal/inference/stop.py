@@ -28,7 +28,7 @@ class Stop:
     part of the method (Eq. 4).
     `hours`: so many hours of wall time are over, in all sittings: no further iteration is begun. A campaign looks at the clock, and keeps what that said, so that it can be gone on with.
     `posterior_shift`: for `PosteriorFilter`, which looks at this and the limits alone: what the emulator does not know moves no parameter's posterior mean
-    by more than so many standard deviations, nor the logarithm of the width of its interval of 90 % by more than that over 0.6 (a standard deviation over what it holds possible); and fresh runs fit as the posterior says.
+    by more than so many standard deviations, nor the logarithm of the width of its interval of 68 % by more than that over 0.6 (a standard deviation over what it holds possible); and fresh runs fit as the posterior says.
     Raises InputError for values that are not positive numbers (increments and errors may be 0), and when nothing would ever stop.
     """
 
