@@ -3,7 +3,6 @@
 import json
 import os
 import sqlite3
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -78,18 +77,13 @@ def test_runs_that_fit_about_as_well_are_stored_with_each_batch(result):
     assert result.fits_about_as_well == again == result.learnt[-1].fits_about_as_well
     # This model does not scatter, and its answer is the truth.
     assert again.repeated == 0 and again.count >= 3 and all(low <= at <= high for low, at, high in zip(again.low, result.answer.theta, again.high))
-    before = copy(result)
-    before.learnt = tuple(replace(each, fits_about_as_well=None) for each in result.learnt)
-    assert before.fits_about_as_well == again
     first = likely_runs(known.evaluations.first(8), known.kept, known.errors)
     assert result.learnt[0].fits_about_as_well == first
 
 
-def test_what_was_learnt_is_restored_also_from_before_some_of_it_was_kept(result):
+def test_what_was_learnt_is_restored(result):
     last = result.learnt[-1]
     assert Learnt.restore(json.loads(json.dumps(last.plain(), allow_nan=False))) == last
-    of_before = {name: value for name, value in last.plain().items() if name not in ("siblings", "apart", "fits_about_as_well")}
-    assert Learnt.restore(of_before) == replace(last, siblings=(), apart=(), fits_about_as_well=None)
 
 
 def test_infeasible_parameters_are_told_as_such(result):

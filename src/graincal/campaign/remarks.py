@@ -121,7 +121,7 @@ def _modes(result: Result, known: ByEmulators | None) -> list[Remark]:
 
 
 def _fitting(result: Result, known: ByEmulators | None) -> list[Remark]:
-    """The runs that fit about as well: no emulator has a part in it, and so it holds at any moment. Where they were not stored it takes as long as emulators do."""
+    """The runs that fit about as well: no emulator has a part in it, and so it holds at any moment."""
     fits = result.fits_about_as_well if known else result.learnt[-1].fits_about_as_well
     if fits is None:
         return []

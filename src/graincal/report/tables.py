@@ -88,7 +88,7 @@ def of_batches(result: Result) -> Table:
 def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
     """Each parameter: range, truth where one is known, answer, values of runs that fit about as well, interval, moments, strongest correlation and verdict."""
     result, posterior, space, fits = emulated.result, emulated.posterior, emulated.result.space, emulated.result.fits_about_as_well
-    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", "runs that fit about as well")
+    head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", "runs that fit")
     head += (f"{100 * PROBABILITY:.0f} % interval{'' if has_settled(result) else ' so far'}",)
     head += ("mean ± sd", "sd / prior's")
     labels, mean, std = [shown.label for shown in parameters(space)], posterior.mean(), posterior.std()
