@@ -10,7 +10,7 @@ import pytest
 import graincal as gc
 from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
-from graincal.campaign.library import fill
+from graincal.campaign.exploring import fill
 from graincal.campaign.runs import known_runs
 from graincal.campaign.status import status
 from graincal.campaign.store import Store

@@ -7,7 +7,7 @@ from graincal.lazily import exported
 if TYPE_CHECKING:
     from graincal.campaign.calibration import Calibration
     from graincal.campaign.experiment import Experiment, Model
-    from graincal.campaign.library import explore
+    from graincal.campaign.exploring import explore
     from graincal.campaign.listener import Listener
     from graincal.campaign.prediction import Prediction, predict
     from graincal.campaign.remark import Remark
@@ -22,7 +22,7 @@ __getattr__ = exported(
     {
         "graincal.campaign.calibration": ["Calibration"],
         "graincal.campaign.experiment": ["Experiment", "Model"],
-        "graincal.campaign.library": ["explore"],
+        "graincal.campaign.exploring": ["explore"],
         "graincal.campaign.listener": ["Listener"],
         "graincal.campaign.prediction": ["Prediction", "predict"],
         "graincal.campaign.remark": ["Remark"],

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, Field, ValidationError, field_validator, m
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.first_look import read_first_look
-from graincal.campaign.library import no_reference
+from graincal.campaign.exploring import no_reference
 from graincal.campaign.runs import known_runs
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
@@ -310,7 +310,7 @@ class CalibrationFile(Section):
 def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
     """Read a calibration file and all that it names, and check that it can be calibrated.
 
-    more_runs: folders beside those under `runs`. exploring: for a library, without what was run before; to: then without references, up to this control value (`library.no_reference`).
+    more_runs: folders beside those under `runs`. exploring: for a library, without what was run before; to: then without references, up to this control value (`exploring.no_reference`).
 
     Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected.
     """

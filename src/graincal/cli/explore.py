@@ -28,7 +28,7 @@ def explore(
     from rich.console import Console
 
     from graincal.campaign.config import read_calibration
-    from graincal.campaign.library import fill
+    from graincal.campaign.exploring import fill
     from graincal.cli.options import parse_workers
     from graincal.cli.running import fill_and_say
 

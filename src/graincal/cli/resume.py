@@ -31,7 +31,7 @@ def resume(
     """
     from graincal import campaign
     from graincal.cli.options import parse_workers
-    from graincal.campaign.library import go_on_filling, is_library
+    from graincal.campaign.exploring import go_on_filling, is_library
     from graincal.cli.running import fill_and_say, run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
