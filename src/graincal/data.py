@@ -329,7 +329,7 @@ class Response:
     `control` are the model's own states, which cover what was asked for; `graincal.interpolation.interpolate` gives the values between them.
     `details` holds scalars about the evaluation (steps, flagged states, seconds of wall time; a "stopped" that is not 0 says that it ended early, on
     request, and `control` with it). `control_name`: what the control is of. `confining_pressure`: Pa, where the test has one that all its stresses are in
-    proportion to; `in_pascal` names the values that are stresses."""
+    proportion to; `in_pascal` names the values that are stresses. `turns`: control values at which the path turns around while its control goes on."""
 
     control: NDArray[np.float64]
     values: Mapping[str, NDArray[np.float64]]
@@ -337,6 +337,7 @@ class Response:
     control_name: str = ""
     confining_pressure: float | None = None
     in_pascal: tuple[str, ...] = ()
+    turns: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
         flagged = f", {self.details['flagged']:g} flagged" if "flagged" in self.details else ""

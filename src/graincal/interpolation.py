@@ -7,6 +7,7 @@ makes no peak of its own. Stresses are met over their logarithms, as compression
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,8 +52,8 @@ def interpolate(response: Response, at: NDArray[np.float64]) -> Response | Failu
     elif not covers(along, asked):
         reason = f"the response covers the control values {span(response.control)}, and {span(at)} were asked for."
         return Failure("output", reason, response.details)
-    values = _between(along, _turns(response.control), response.values, np.clip(asked, along[0], along[-1]))
-    return Response(at[: len(asked)], values, response.details, response.control_name, response.confining_pressure, response.in_pascal)
+    values = _between(along, _turns(response), response.values, np.clip(asked, along[0], along[-1]))
+    return replace(response, control=at[: len(asked)], values=values)
 
 
 def _slack(control: NDArray[np.float64]) -> float:
@@ -69,10 +70,12 @@ def _positions(response: Response, at: NDArray[np.float64]) -> tuple[NDArray[np.
     return np.append(0, np.abs(np.diff(control)).cumsum()), np.abs(np.diff(at, prepend=control[0])).cumsum()
 
 
-def _turns(control: NDArray[np.float64]) -> NDArray[np.intp]:
+def _turns(response: Response) -> NDArray[np.intp]:
     """The states at which a path turns around, with its first and last."""
-    direction = np.sign(np.diff(control))
-    return np.array([0, *(1 + np.flatnonzero(np.diff(direction))), len(control) - 1])
+    control = response.control
+    turned = 1 + np.flatnonzero(np.diff(np.sign(np.diff(control))))
+    known = [state for turn in response.turns for state in np.flatnonzero(np.abs(control - turn) <= _slack(control))]
+    return np.array([0, *sorted({*turned, *known} - {0, len(control) - 1}), len(control) - 1])
 
 
 def _between(

@@ -15,6 +15,7 @@ from graincal.execution import OneByOne
 from graincal.inference.packings import Siblings
 from graincal.interpolation import interpolate
 from graincal.models import StressPathTest
+from graincal.models.stress_path import Abscissa
 
 
 Hopeless = Callable[[int, NDArray[np.float64]], bool]
@@ -89,6 +90,10 @@ class Experiment:
         expected = getattr(self.model, "expected_lengths", None)
         return np.ones(len(samples)) if expected is None else expected(samples)
 
+    def abscissa(self, at: NDArray[np.float64]) -> Abscissa:
+        """What curves of this test are drawn over at the control values (S,): most over these, and a cycle over its stress."""
+        return self.model.abscissa(at) if isinstance(self.model, StressPathTest) else Abscissa(self.reference.control_name, at)
+
     def observables(self, response: Response) -> NDArray[np.float64]:
         """What a response is compared with the reference by: its observables at the reference's rows, (T, J); NaN from the row on to which it does not come, for
         it was stopped early."""
@@ -135,5 +140,5 @@ def _alike(responses: Sequence[Response]) -> list[list[int]]:
     """Rows of responses that are on the same states, so that all can be interpolated at once."""
     groups: dict[tuple, list[int]] = {}
     for row, response in enumerate(responses):
-        groups.setdefault((response.control.tobytes(), response.stopped, response.control_name, response.in_pascal), []).append(row)
+        groups.setdefault((response.control.tobytes(), response.stopped, response.control_name, response.in_pascal, response.turns), []).append(row)
     return list(groups.values())

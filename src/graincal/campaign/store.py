@@ -69,7 +69,7 @@ CREATE TABLE derived (name TEXT, evaluations INTEGER, array BLOB NOT NULL, PRIMA
 """
 
 
-# What a response says of itself beside its numbers.
+# What a response says of itself beside its numbers; and its turns, where there are some.
 _ABOUT = ("control_name", "confining_pressure", "in_pascal")
 
 _STOPPED = "coalesce(json_extract(details, '$.stopped') <> 0, 0)"
@@ -231,7 +231,8 @@ class Store:
         """Keep the outcome of one evaluation."""
         details = {name: float(value) for name, value in outcome.details.items()}
         if isinstance(outcome, Response):
-            about = json.dumps({name: getattr(outcome, name) for name in _ABOUT})
+            turns = {"turns": outcome.turns} if outcome.turns else {}
+            about = json.dumps({name: getattr(outcome, name) for name in _ABOUT} | turns)
             found = ("finished", pack_array(outcome.control), pack_columns(outcome.values), about, None, None)
         else:
             found = ("failed", None, None, None, outcome.kind, outcome.reason)
@@ -388,8 +389,9 @@ def _outcome(
 ) -> Response | Failure | None:
     """What a row of evaluations says."""
     if state == "finished":
-        control_name, pressure, in_pascal = (json.loads(about)[name] for name in _ABOUT)
-        return Response(unpack_array(control), unpack_columns(response), json.loads(details), control_name, pressure, tuple(in_pascal))
+        said = json.loads(about)
+        control_name, pressure, in_pascal = (said[name] for name in _ABOUT)
+        return Response(unpack_array(control), unpack_columns(response), json.loads(details), control_name, pressure, tuple(in_pascal), tuple(said.get("turns", ())))
     return Failure(kind, reason, json.loads(details)) if state == "failed" else None
 
 

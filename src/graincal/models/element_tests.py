@@ -13,8 +13,10 @@ from graincal import _native
 from graincal.data import InputError
 from graincal.dem import stress_path
 from graincal.dem.stress_path_table import StressPathTable
+from graincal.models.compression import CompressionTest
 from graincal.models.proportion import ENGINE_PRESSURE, for_engine
 from graincal.models.stress_path import STRAINS, Panel, StressPathTest, one_row
+from graincal.positions import POSITION
 
 WITHOUT_STRESSES = 0.5e6
 """Pa, at which the inertial number is meant where a path has no stress at all."""
@@ -65,32 +67,35 @@ class UndrainedTest(_AxialTest):
         return columns | {"excess_pore_pressure": ENGINE_PRESSURE - columns["lateral_stress"]}
 
 
-class OedometricTest(StressPathTest):
-    """One-dimensional compression without lateral strain, to axial strains or to axial stresses. K0 is lateral over axial stress."""
+class OedometricTest(CompressionTest):
+    """One-dimensional compression without lateral strain, to axial strains, to axial stresses, or along a cycle of them. K0 is lateral over axial stress."""
 
     kind = "oedometric"
     title = "oedometric test"
-    controls = ("axial_strain", "axial_stress")
+    stress = "axial_stress"
+    controls = ("axial_strain", "axial_stress", POSITION)
     also_returned = ("axial_stress", "lateral_stress")
     shown = (Panel("axial_stress", over="axial_strain"), Panel("void_ratio", over="axial_stress", logarithmic=True))
 
     def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each axial strain or stress."""
-        path = stress_path.oedometric if self.control == "axial_strain" else stress_path.oedometric_to_stresses
-        return path(confining_pressure, at)
+        if self.control == "axial_strain":
+            return stress_path.oedometric(confining_pressure, at)
+        return stress_path.oedometric_to_stresses(confining_pressure, self.driving_stresses(confining_pressure, at))
 
 
-class IsotropicTest(StressPathTest):
-    """Isotropic compression to a list of pressures, up and down in the order given."""
+class IsotropicTest(CompressionTest):
+    """Isotropic compression to a list of pressures, up and down in the order given, or along a cycle of them."""
 
     kind = "isotropic"
     title = "isotropic test"
-    controls = ("mean_stress",)
-    shown = (Panel("void_ratio", logarithmic=True), Panel("coordination_number", logarithmic=True))
+    stress = "mean_stress"
+    controls = ("mean_stress", POSITION)
+    shown = (Panel("void_ratio", over="mean_stress", logarithmic=True), Panel("coordination_number", over="mean_stress", logarithmic=True))
 
     def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each pressure."""
-        return stress_path.isotropic(confining_pressure, at)
+        return stress_path.isotropic(confining_pressure, self.driving_stresses(confining_pressure, at))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,11 +18,15 @@ _DIGITS = 10
 """Of ratios to the confining pressure. A modulus that has gone through a logarithm and back has lost the last digits of a float64."""
 
 
+def in_units_of(pressure: float, values: float | Iterable[float]) -> NDArray[np.float64]:
+    """Ratios of values (of any shape) to a pressure, the same of all that are in proportion."""
+    ratios = np.asarray(values, dtype=np.float64) / pressure
+    return np.array([float(f"{ratio:.{_DIGITS}g}") for ratio in ratios.ravel()]).reshape(ratios.shape)
+
+
 def for_engine(values: float | Iterable[float], pressure: float) -> NDArray[np.float64]:
     """Stresses, moduli, or densities (of any shape) as the engine is given them, for a test at this pressure (Pa)."""
-    ratios = np.asarray(values, dtype=np.float64) / pressure
-    rounded = np.array([float(f"{ratio:.{_DIGITS}g}") for ratio in ratios.ravel()]).reshape(ratios.shape)
-    return ENGINE_PRESSURE * rounded
+    return ENGINE_PRESSURE * in_units_of(pressure, values)
 
 
 def from_engine(values: NDArray[np.float64], pressure: float) -> NDArray[np.float64]:

@@ -66,6 +66,14 @@ class Panel(NamedTuple):
     logarithmic: bool = False
 
 
+class Abscissa(NamedTuple):
+    """What curves are drawn over: a quantity by its name, its values (S,), and whether over their logarithm."""
+
+    name: str
+    values: NDArray[np.float64]
+    logarithmic: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class StressPathTest(Economy, ABC):
     """A test of a packing along a stress path.
@@ -218,6 +226,15 @@ class StressPathTest(Economy, ABC):
         return tuple(dict.fromkeys((*RETURNED, *self.also_returned, self.control)))
 
     @property
+    def turns_in_words(self) -> str:
+        """Where a path turns around that is known to; empty for others."""
+        return ""
+
+    def abscissa(self, at: NDArray[np.float64]) -> Abscissa:
+        """What curves of this test are drawn over at the control values (S,): these."""
+        return Abscissa(self.control, at)
+
+    @property
     def name_with_article(self) -> str:
         """What the test is called, in a sentence."""
         return f"{'an' if self.title[0] in 'aeiou' else 'a'} {self.title}"
@@ -335,7 +352,7 @@ class StressPathTest(Economy, ABC):
 
     def _stages(self, states: NDArray[np.float64]) -> list[_native.Stage]:
         """The path as the engine is given it."""
-        return self.stages(ENGINE_PRESSURE, states if self.control in STRAINS else for_engine(states, self.unit_of_stress))
+        return self.stages(ENGINE_PRESSURE, for_engine(states, self.unit_of_stress) if self.control in IN_PASCAL else states)
 
     def _law(self, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
         log_modulus, ratio, friction_angle, rolling_stiffness, rolling_strength = theta
@@ -393,6 +410,7 @@ def unusual(test: StressPathTest) -> list[str]:
     pressure, inertia = test.confining_pressure, test.inertia
     said = [f"the inertial number is {inertia:.3g}; above {QUASI_STATIC:g} the grains' inertia changes the curve."] if inertia > QUASI_STATIC else []
     said += [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
+    said += [unusual_pressure("a turn", turn) for turn in getattr(test, "turns", ())]
     said += unusual_parameters({f"fixed.{name}": (value,) for name, value in test.fixed.items()})
     return [doubt for doubt in said if doubt]
 
