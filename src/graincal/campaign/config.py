@@ -23,8 +23,10 @@ from graincal.dem.stress_path_table import StressPathTable
 from graincal.files import unreadable
 from graincal.inference import DEFAULT_METHOD, METHODS, Stop
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
+from graincal.models.compression import CompressionTest
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.rests import RESTS_EVERY
+from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
 
 Positive = Annotated[float, Field(gt=0)]
@@ -142,6 +144,10 @@ class StressPathModel(Section):
         return prepare(self.particles, self.void_ratio, file if file.exists() else self.grading, self.seed)
 
 
+class CompressionModel(StressPathModel):
+    turns: list[Positive] = Field([], description="a list of numbers above 0, in Pa, such as [320e3, 20e3]")
+
+
 class TableModel(StressPathModel):
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
     table: str = Field(description="the name of a file with the stages of the path")
@@ -161,7 +167,7 @@ class FunctionModel(Section):
         return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
-MODELS: dict[str, type[Section]] = dict.fromkeys(TESTS, StressPathModel) | {"table": TableModel, "python": FunctionModel}
+MODELS: dict[str, type[Section]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel}
 
 
 class ExperimentEntry(Section):
@@ -210,7 +216,8 @@ class ExperimentEntry(Section):
         if self.reference is None:
             raise InputError("it has no reference, and the name of a laboratory file, or a table [experiment.reference], was expected.")
         options = self.reference.given("file")
-        if self.model.kind == TriaxialTest.kind:  # on other paths the lateral stress changes
+        # A path along positions starts from it, and a triaxial test keeps it; on other paths the lateral stress changes.
+        if self.model.kind == TriaxialTest.kind or (self.control == POSITION and isinstance(self.model, CompressionModel)):
             options.setdefault("confining_pressure", self.model.confining_pressure)
         errors = {name: entry.error for name, entry in self.observables.items() if entry.error}
         shares = {name: entry.variance_share for name, entry in self.observables.items()}

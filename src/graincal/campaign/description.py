@@ -158,6 +158,9 @@ def describe_model(model: Model) -> dict[str, Any]:
             "law": model.law,
             "control": model.control,
         }
+        if getattr(model, "turns", ()):
+            # Left out where there are none.
+            described["turns"] = list(model.turns)
         if isinstance(model, TableTest):
             described["table"] = asdict(model.table)
         return described

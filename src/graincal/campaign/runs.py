@@ -20,11 +20,12 @@ from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference.known_runs import KnownRuns
 from graincal.inference.thinning import Thinning
 from graincal.models import StressPathTest
+from graincal.models.proportion import in_units_of
 
 # Of a model that was run and one that is to be: the pressure may be another one, where the test is the same in units of it; and what is unknown in one may be fixed in the other.
 _MAY_DIFFER = ("confining_pressure", "fixed")
 
-_NAMES = {"name": "the function", "more_packings": "the number of packings"}
+_NAMES = {"name": "the function", "more_packings": "the number of packings", "turns": "turns in units of the confining pressure"}
 """Of keys of a described model whose own names do not say what they are: words that do."""
 
 SAME = 1e-9
@@ -171,7 +172,7 @@ def _differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
     if one["kind"] != other["kind"]:
         return ["the kind of the model"]
     keys = sorted((one.keys() | other.keys()) - set(_MAY_DIFFER))
-    different = [_NAMES.get(key, key) for key in keys if not _equal(key, one.get(key), other.get(key))]
+    different = [_NAMES.get(key, key) for key in keys if not _equal(key, _setting(one, key), _setting(other, key))]
     if one.get("confining_pressure") != other.get("confining_pressure") and not (_in_units_of_pressure(one) and _in_units_of_pressure(other)):
         different.append("confining_pressure")
     return different
@@ -180,6 +181,12 @@ def _differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
 def _in_units_of_pressure(model: Mapping[str, Any]) -> bool:
     """Whether a test, as it is described, is the same in units of its confining pressure: its grains' density follows from the inertial number."""
     return "inertial_number" in model and "table" not in model
+
+
+def _setting(model: Mapping[str, Any], key: str) -> Any:
+    """A setting of a model, as it is described; stresses at which its path turns around are in units of its confining pressure, in which it is the same."""
+    value = model.get(key)
+    return in_units_of(model["confining_pressure"], value).tolist() if key == "turns" and value else value
 
 
 def _equal(key: str, one: Any, other: Any) -> bool:

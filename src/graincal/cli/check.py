@@ -80,6 +80,7 @@ def _describe_model(experiment: Experiment) -> list[str]:
         every = f", every {model.strain_between_rests:.4g} of axial strain" if model.strain_between_rests else ""
         several = f", the first of {len(model.packings)} packings" if len(model.packings) > 1 else ""
         lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}{several}")
+        lines += [f"  {model.turns_in_words}"] if model.turns_in_words else []
         lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
         lines.append(f"  {len(model.states(experiment.reference.control))} states at rest{every}; rows between them are interpolated")
         lines.append(f"  {', '.join([model.density_in_words, *(f'{name} {value}' for name, value in model.economies.items())])}")

@@ -15,7 +15,8 @@ from graincal.campaign import Experiment
 from graincal.campaign.prediction import Prediction
 from graincal.data import InputError, Reference, Response
 from graincal.files import unwritable
-from graincal.models.stress_path import Panel
+from graincal.models.stress_path import Abscissa, Panel
+from graincal.positions import legs
 
 _UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
 """What quantities are drawn in, by the last word of their names, and the factor to that from fractions and Pa."""
@@ -31,8 +32,11 @@ def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
     for row, experiment in enumerate(experiments):
         for column, (name, values) in enumerate(experiment.reference.observables.items()):
             axes = figure.add_subplot(len(experiments), columns, 1 + row * columns + column)
-            axes.plot(_to_print(experiment.reference.control_name, experiment.reference.control), _to_print(name, values), "k.-", markersize=3, linewidth=0.8)
-            axes.set(title=experiment.name, xlabel=_label(experiment.reference.control_name), ylabel=_label(name))
+            over, x, logarithmic = experiment.abscissa(experiment.reference.control)
+            axes.plot(_to_print(over, x), _to_print(name, values), "k.-", markersize=3, linewidth=0.8)
+            if logarithmic:
+                _scale_logarithmically(axes, x)
+            axes.set(title=experiment.name, xlabel=_label(over), ylabel=_label(name))
     _save(figure, path)
 
 
@@ -66,18 +70,22 @@ def response_figure(response: Response, control: str, shown: Sequence[Panel], re
     return figure
 
 
-def draw_prediction(prediction: Prediction, shown: Sequence[str], reference: Reference | None, path: Path) -> None:
-    """The mean and the 90 % band of predicted responses, with the test that they are compared with if there is one."""
+def draw_prediction(prediction: Prediction, shown: Sequence[str], reference: Reference | None, path: Path, abscissa: Abscissa | None = None) -> None:
+    """The mean and the 90 % band of predicted responses, with the test that they are compared with if there is one; over the control if nothing else is given."""
     figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
-    x = _to_print(prediction.control_name, prediction.control)
+    over, values, logarithmic = abscissa or Abscissa(prediction.control_name, prediction.control)
+    x = _to_print(over, values)
     for number, name in enumerate(shown):
         axes = figure.add_subplot(1, len(shown), 1 + number)
         low, high = (_to_print(name, end) for end in prediction.interval(name))
-        axes.fill_between(x, low, high, color="tab:blue", alpha=0.25, linewidth=0, label="90 % of predicted responses")
+        for leg in legs(x):
+            axes.fill_between(x[leg], low[leg], high[leg], color="tab:blue", alpha=0.25, linewidth=0, label="" if leg.start else "90 % of predicted responses")
         axes.plot(x, _to_print(name, prediction.mean(name)), color="tab:blue", label="their mean")
         if reference is not None:
             axes.plot(x, _to_print(name, reference.observables[name]), "k.", markersize=4, label="test")
-        axes.set(xlabel=_label(prediction.control_name), ylabel=_label(name))
+        if logarithmic:
+            _scale_logarithmically(axes, values)
+        axes.set(xlabel=_label(over), ylabel=_label(name))
     figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     _save(figure, path)
 

@@ -11,6 +11,9 @@ from graincal.cli.options import Folder, Quiet, Workers, parse_workers
 from graincal.data import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from graincal.campaign import Experiment, Result
     from graincal.campaign.prediction import Prediction
     from graincal.data import Reference
@@ -57,7 +60,7 @@ def predict(
     elif axial_strain is not None:
         at = axial_strains(axial_strain, increment)
     elif chosen.reference.control_name == test.control:
-        at = chosen.reference.control
+        at = _same_rows(chosen, test)
     else:
         raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
     if not quiet:
@@ -66,8 +69,10 @@ def predict(
     if output:
         _write(prediction, output)
     shown = reference.names if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
+    abscissa = test.abscissa(prediction.control)
+    shown = tuple(name for name in shown if name != abscissa.name)
     if plot:
-        draw_prediction(prediction, shown, reference, plot)
+        draw_prediction(prediction, shown, reference, plot, abscissa)
     if quiet:
         return
     if reference is not None and (known := calibrated_against(result, reference)):
@@ -130,8 +135,30 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     if path not in known:
         raise InputError(f"--path must be one of {', '.join(known)}, not {path!r}{did_you_mean(path, known)}.")
     target = TESTS[path]
-    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "table")}
+    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "table", "turns")}
     return target(**(shared | changes))
+
+
+def _same_rows(experiment: Experiment, test: StressPathTest) -> NDArray[np.float64]:
+    """The experiment's rows as control values of a test at another pressure: of a path along positions, whose turns stay, those at the same stresses."""
+    import numpy as np
+
+    from graincal.positions import POSITION, first_way
+
+    control, before = experiment.reference.control, experiment.model.confining_pressure
+    if test.control != POSITION or test.confining_pressure == before:
+        return control
+    way = first_way(before, test.turns)
+    if way != first_way(test.confining_pressure, test.turns):
+        raise InputError(
+            f'--confining-pressure: the path of "{experiment.name}" goes {"up" if way > 0 else "down"} from {before:g} Pa to its first turn, {test.turns[0]:g} Pa, and from {test.confining_pressure:g} Pa it would go the other way.'
+        )
+    moved = control + way * np.log(before / test.confining_pressure)
+    # The path begins where it now does.
+    rows = moved[moved >= 0]
+    if not rows.size:
+        raise InputError(f'--confining-pressure: no row of "{experiment.name}" lies on the path from {test.confining_pressure:g} Pa.')
+    return rows
 
 
 def _reference(against: Path, test: StressPathTest, experiment: Experiment) -> Reference:

@@ -15,6 +15,7 @@ from graincal.data import Reference, Samples
 from graincal.models import PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS
 from graincal.models.stress_path import STRAINS
+from graincal.positions import POSITION, positions
 
 PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
@@ -59,8 +60,20 @@ def _path(test: StressPathTest, control: NDArray[np.float64]) -> list[str]:
         increment = np.median(np.diff(control, prepend=0.0 if control[0] > 0 else control[:0]))
         last = -control[-1] if test.control == "axial_extension" else control[-1]
         return ["--axial-strain", f"{last:.4g}", "--increment", f"{increment:.4g}"]
-    option = {"axial_stress": "--axial-stress", "mean_stress": "--pressure"}[test.control]
-    return [word for stress in control for word in (option, f"{stress:.8g}")]
+    name, stresses, _ = test.abscissa(_with_turns(test, control))
+    option = {"axial_stress": "--axial-stress", "mean_stress": "--pressure"}[name]
+    return [word for stress in stresses for word in (option, f"{stress:.8g}")]
+
+
+def _with_turns(test: StressPathTest, control: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows of a path with those at which it turns around, which it is not told otherwise."""
+    if test.control != POSITION:
+        return control
+    turned = positions(test.turns_in_units, 1.0)
+    rows = np.union1d(control, turned[turned < control[-1]])
+    # The row of a turn is the turn, and the path begins where it does.
+    apart = np.all(np.abs(rows[:, None] - np.append(0.0, turned)) > 1e-6, axis=1) | np.isin(rows, turned)
+    return rows[apart]
 
 
 def comparison(result: Result, experiment: Experiment) -> str:

@@ -15,7 +15,7 @@ from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line
 from graincal.report.emulated import DRAWN, Emulated
 from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_parameter, truth_of_pair
 from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, REFERENCE, THRESHOLD, VERMILLION, Style
-from graincal.report.responses import control_axis, prefix
+from graincal.report.responses import bands, control_axis, on_axis, prefix
 
 _MOST = f"{100 * PROBABILITY:.0f} %"
 _BINS = 24
@@ -29,16 +29,16 @@ def draw_bands(emulated: Emulated) -> Figure:
     panels = []
     for number, experiment in enumerate(result.experiments):
         axis, x = control_axis(experiment)
-        scale = quantity(experiment.reference.control_name).scale
         runs = [run for id in answer.samples if isinstance(run := result.response(int(id), number), Response)]
-        bands = emulated.bands[number]
+        found = emulated.bands[number]
+        states = on_axis(experiment, found.control)
         for place, (name, observed) in enumerate(experiment.reference.observables.items()):
             shown = quantity(name)
             marks: list[Mark] = [
-                Band(scale * bands.control, *(shown.scale * bands.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
-                Band(scale * bands.control, *(shown.scale * bands.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
+                *bands(states, *(shown.scale * found.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
+                *bands(states, *(shown.scale * found.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
             ]
-            marks += [Line(scale * run.control, run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
+            marks += [Line(on_axis(experiment, run.control), run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
             marks.append(Points(x, observed * shown.scale, REFERENCE, "reference"))
             panels.append(Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), tuple(marks)))
     caption = (

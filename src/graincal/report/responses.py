@@ -7,9 +7,10 @@ from graincal.inference.posterior import PROBABILITY
 from graincal.notation.numbers import percent
 from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, errors_of
-from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points
+from graincal.positions import legs
+from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
 from graincal.report.findings import MOST
-from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, REFERENCE, distinct
+from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, REFERENCE, Style, distinct
 
 _ANISOTROPIES = ("a_c", "a_n", "a_t")
 _COORDINATION = distinct(len(_ANISOTROPIES))
@@ -50,9 +51,21 @@ def draw_fabric(result: Result) -> Figure | None:
 
 
 def control_axis(experiment: Experiment) -> tuple[Axis, Array]:
-    """The axis of an experiment's control variable, and the reference's values on it."""
-    control = quantity(experiment.reference.control_name)
-    return Axis(control.axis), experiment.reference.control * control.scale
+    """The axis that an experiment's curves are drawn over, and the reference's values on it."""
+    name, values, logarithmic = experiment.abscissa(experiment.reference.control)
+    shown = quantity(name)
+    return log_axis(shown.axis, values * shown.scale) if logarithmic else Axis(shown.axis), values * shown.scale
+
+
+def on_axis(experiment: Experiment, control: Array) -> Array:
+    """Control values (S,) as they are on that axis."""
+    name, values, _ = experiment.abscissa(control)
+    return values * quantity(name).scale
+
+
+def bands(x: Array, low: Array, high: Array, style: Style, name: str) -> list[Mark]:
+    """The area between low and high; of a path that turns around each leg by itself, for an area that folds over would have holes."""
+    return [Band(x[leg], low[leg], high[leg], style, name) for leg in legs(x)]
 
 
 def _panels(result: Result, number: int) -> list[Panel]:
@@ -71,14 +84,14 @@ def _panels(result: Result, number: int) -> list[Panel]:
 def _weighted_and_candidates(result: Result, number: int) -> dict[str, list[Mark]]:
     """By observable: the band and the mean of the weighted responses, the best and the most probable one."""
     reference = result.experiments[number].reference
-    names, scale = reference.names, quantity(reference.control_name).scale
+    names, experiment = reference.names, result.experiments[number]
     best, most_probable = result.best, result.most_probable
     marks: dict[str, list[Mark]] = {name: [] for name in names}
     if most_probable:
-        weighted, x = result.responses(most_probable.iteration, number), scale * result.states(number)
+        weighted, x = result.responses(most_probable.iteration, number), on_axis(experiment, result.states(number))
         for name in names:
             low, high = result.posterior.interval(PROBABILITY, of=weighted[name]) * quantity(name).scale
-            marks[name].append(Band(x, low, high, BAND, MOST))
+            marks[name] += bands(x, low, high, BAND, MOST)
             marks[name].append(Line(x, result.posterior.mean(of=weighted[name]) * quantity(name).scale, MEAN, "weighted mean"))
     lines = [(best, BEST, "best"), (most_probable, MOST_PROBABLE, "most probable")]
     if most_probable and best.sample == most_probable.sample:
@@ -87,7 +100,7 @@ def _weighted_and_candidates(result: Result, number: int) -> dict[str, list[Mark
         if candidate:
             response = result.response(candidate.sample, number)
             for name in names:
-                marks[name].append(Line(scale * response.control, response.values[name] * quantity(name).scale, style, words))
+                marks[name].append(Line(on_axis(experiment, response.control), response.values[name] * quantity(name).scale, style, words))
     return marks
 
 
@@ -95,7 +108,7 @@ def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:
     mean = result.mean_response(result.answer, experiment.name) if result.answer else None
     response = mean or result.response(result.best.sample, experiment.name)
     values, (axis, _) = response.values, control_axis(experiment)
-    x = response.control * quantity(experiment.reference.control_name).scale
+    x = on_axis(experiment, response.control)
     panels = []
     if "coordination_number" in values:
         shown = quantity("coordination_number")

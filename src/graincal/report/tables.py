@@ -224,6 +224,7 @@ def _model(experiment: Experiment) -> str:
             + ("" if model.law == "linear" else f", contact law {model.law}")
             + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
+            + (f", {model.turns_in_words}" if model.turns_in_words else "")
         )
     function = getattr(model, "function", None) or getattr(model, "name", None) or type(model).__name__
     return f"Python function {function if isinstance(function, str) else getattr(function, '__qualname__', function)}"
