@@ -130,6 +130,7 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     test = experiment.model
     changes: dict[str, Any] = {} if confining_pressure is None else {"confining_pressure": confining_pressure}
     if path is None or path == test.kind:
+        _refuse_other_way(experiment, confining_pressure)
         return replace(test, **changes)
     known = [kind for kind, other in TESTS.items() if "axial_strain" in other.controls]
     if path not in known:
@@ -137,6 +138,17 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     target = TESTS[path]
     shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "table", "turns")}
     return target(**(shared | changes))
+
+
+def _refuse_other_way(experiment: Experiment, confining_pressure: float | None) -> None:
+    """Refuse a pressure from which a path would go the other way to its first turn."""
+    from graincal.positions import first_way
+
+    before, turns = experiment.model.confining_pressure, getattr(experiment.model, "turns", ())
+    if confining_pressure is None or not turns or (way := first_way(before, turns)) * (turns[0] - confining_pressure) > 0:
+        return
+    beyond = "below" if way > 0 else "above"
+    raise InputError(f'--confining-pressure: {beyond} {turns[0]:g} Pa was expected, to which the path of "{experiment.name}" goes first, before it turns around, and not {confining_pressure:g} Pa.')
 
 
 def _same_rows(experiment: Experiment, test: StressPathTest) -> NDArray[np.float64]:
@@ -148,12 +160,7 @@ def _same_rows(experiment: Experiment, test: StressPathTest) -> NDArray[np.float
     control, before = experiment.reference.control, experiment.model.confining_pressure
     if test.control != POSITION or test.confining_pressure == before:
         return control
-    way = first_way(before, test.turns)
-    if way != first_way(test.confining_pressure, test.turns):
-        raise InputError(
-            f'--confining-pressure: the path of "{experiment.name}" goes {"up" if way > 0 else "down"} from {before:g} Pa to its first turn, {test.turns[0]:g} Pa, and from {test.confining_pressure:g} Pa it would go the other way.'
-        )
-    moved = control + way * np.log(before / test.confining_pressure)
+    moved = control + first_way(before, test.turns) * np.log(before / test.confining_pressure)
     # The path begins where it now does.
     rows = moved[moved >= 0]
     if not rows.size:

@@ -53,7 +53,7 @@ _KNOWN = {
     "excess_pore_pressure": Quantity("excess pore pressure Δu", "kPa", 1e-3),
     "axial_extension": Quantity("axial extension", "%", 100.0),
     "unbalanced_force": Quantity("unbalanced force", "-"),
-    "position": Quantity("position along the path Σ|Δ ln σ|", "-"),
+    "position": Quantity("position Σ|Δ ln σ|"),
 }
 
 
