@@ -48,7 +48,7 @@ def main() -> None:
     seconds, steps = (np.array([outcome.details[name] for outcome in outcomes]) for name in ("seconds", "steps"))
     failures = sum(isinstance(outcome, gc.Failure) for outcome in outcomes)
     flagged = sum(outcome.details["flagged"] for outcome in outcomes)
-    expected = relative_run_lengths(test.law, test.arrange(samples))
+    expected = relative_run_lengths(test.steps_exponent, test.arrange(samples))
     off = np.log(steps / expected)[steps > 0]
     print(f"{len(samples)} samples of {packing.count} particles to {at[-1]:.0%} of axial strain, {arguments.precision}, {arguments.threads} threads")
     print(f"wall {wall:.1f} s, busy {seconds.sum():.1f} s, {packing.count * steps.sum() / seconds.sum() / 1e6:.2f} million particle-steps a second and thread")

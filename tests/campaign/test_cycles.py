@@ -51,8 +51,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("kind", [gc.OedometricTest, gc.IsotropicTest])
-def test_a_cycle_is_calibrated_by_the_papers_method(tmp_path, kind):
+@pytest.mark.parametrize(("kind", "stress"), [(gc.OedometricTest, "axial stress σ"), (gc.IsotropicTest, "mean stress p")])
+def test_a_cycle_is_calibrated_by_the_papers_method(tmp_path, kind, stress):
     never = gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=2)
     options = {"method": "iterative-bayesian", "alpha": 3}
     whole = calibrate(kind, tmp_path / "whole", stop=never, **options)
@@ -61,7 +61,7 @@ def test_a_cycle_is_calibrated_by_the_papers_method(tmp_path, kind):
     np.testing.assert_array_equal(whole.samples, resumed.samples)
     np.testing.assert_array_equal(whole.errors, resumed.errors)
     assert whole.failures == 0 and whole.best.error < 1
-    assert "axial stress" in gc.Result.read(tmp_path / "whole").report(tmp_path / "report.html").read_text() or kind is gc.IsotropicTest
+    assert stress in gc.Result.read(tmp_path / "whole").report(tmp_path / "report.html").read_text()
 
 
 def test_a_cycle_of_isotropic_compression_has_a_posterior(tmp_path):

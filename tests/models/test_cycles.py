@@ -1,5 +1,7 @@
 """Compression tests along a cycle of loading and unloading, driven by the position along it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -144,3 +146,14 @@ def test_a_position_that_no_test_comes_to_is_refused(packing):
     # As where it was written in percent.
     with pytest.raises(InputError, match="axial_stress at position 530 is .* Pa, and 1 to 1e[+]12 Pa was expected"):
         cycle(packing).states([530.0])
+
+
+@pytest.mark.parametrize(("kind", "stress"), CYCLES)
+def test_what_a_cycle_costs_hardly_depends_on_the_modulus(packing, kind, stress):
+    test = cycle(packing, kind)
+    samples = Samples(np.arange(2), np.repeat(THETA, 2, axis=0) + [[-0.7, 0, 0, 0, 0], [1.8, 0, 0, 0, 0]], PARAMETERS)
+    steps = [outcome.details["steps"] for _, outcome in sorted(test.evaluate(samples, AT, workers=1), key=lambda pair: pair[0])]
+    expected = test.expected_particle_steps(samples, AT) / packing.count
+    assert np.all(np.abs(np.log(steps / expected)) < np.log(3))
+    by_stress = replace(test, control=stress, turns=())
+    assert by_stress.expected_lengths(samples)[0] == by_stress.expected_lengths(samples)[1]

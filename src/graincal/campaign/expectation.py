@@ -11,7 +11,7 @@ from graincal.campaign.calibration import Calibration
 from graincal.campaign.experiment import Experiment
 from graincal.data import Failure, ParameterSpace, Samples
 from graincal.models import StressPathTest
-from graincal.models.stress_path import STEPS_EXPONENT, STRAINS
+from graincal.models.stress_path import STRAINS
 
 PILOT_SHARE = 0.05
 """The share of a test's strain that is simulated to time it."""
@@ -69,4 +69,4 @@ def _relative_lengths(experiment: Experiment, samples: Samples, middle: Samples)
     if not isinstance(experiment.model, StressPathTest) or "log_E" not in samples.names:
         return np.ones(len(samples))
     stiffness = samples.names.index("log_E")
-    return 10 ** (STEPS_EXPONENT[experiment.model.law] * (samples.theta[:, stiffness] - middle.theta[0, stiffness]))
+    return 10 ** (experiment.model.steps_exponent * (samples.theta[:, stiffness] - middle.theta[0, stiffness]))

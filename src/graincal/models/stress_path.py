@@ -267,10 +267,19 @@ class StressPathTest(Economy, ABC):
         theta = self.arrange(samples)
         return self._evaluate(theta, samples.ids, states, workers or available_cores(), watch)
 
+    @property
+    def steps_exponent(self) -> float:
+        """The steps of a run grow with this power of the modulus."""
+        return STEPS_EXPONENT[self.law]
+
+    def steps_between_rests(self, moduli: NDArray[np.float64]) -> NDArray[np.float64]:
+        """About how many steps there are from one rest to the next, for moduli in units of the confining pressure (N,)."""
+        return STEPS_BETWEEN_RESTS * moduli**self.steps_exponent
+
     def expected_particle_steps(self, samples: Samples, at: ArrayLike) -> NDArray[np.float64]:
         """About what runs of samples cost, (N,): the grains times the steps. Between two rests the steps go with a power of the modulus over the pressure, and against the inertial number."""
         moduli = 10.0 ** self.arrange(samples)[:, 0]
-        steps = STEPS_BETWEEN_RESTS * len(self.states(at)) * (moduli / self.unit_of_stress) ** STEPS_EXPONENT[self.law] * INERTIAL_NUMBER / self.inertia
+        steps = len(self.states(at)) * self.steps_between_rests(moduli / self.unit_of_stress) * INERTIAL_NUMBER / self.inertia
         return self.packing.count * steps
 
     def one_by_one(self, at: ArrayLike, watch: Callable[[int, Response], bool] | None = None) -> OneByOne:
@@ -285,7 +294,7 @@ class StressPathTest(Economy, ABC):
 
     def expected_lengths(self, samples: Samples) -> NDArray[np.float64]:
         """How the run lengths of samples compare with one another, (N,)."""
-        return relative_run_lengths(self.law, self.arrange(samples))
+        return relative_run_lengths(self.steps_exponent, self.arrange(samples))
 
     def _evaluate(
         self,
@@ -322,7 +331,7 @@ class StressPathTest(Economy, ABC):
             [self._law(theta[row]) for row in possible],
             self._stages(states),
             density=float(for_engine(DENSITY * self.scaling, self.unit_of_stress)),
-            expected_steps=relative_run_lengths(self.law, theta[possible]),
+            expected_steps=relative_run_lengths(self.steps_exponent, theta[possible]),
             threads=threads,
             step_limit=self.step_limit,
             precision=self.setting("precision"),
@@ -440,7 +449,7 @@ def one_row(at: ArrayLike) -> NDArray[np.float64] | None:
     return values if values.ndim == 1 and values.size and np.all(np.isfinite(values)) else None
 
 
-def relative_run_lengths(law: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How the numbers of steps of samples (N, 5) compare with one another, (N,)."""
+def relative_run_lengths(steps_exponent: float, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How the numbers of steps of samples (N, 5) compare with one another, (N,), where they grow with this power of the modulus."""
     # The critical step falls with the root of the stiffness; smooth grains take longer to come to rest.
-    return 10.0 ** (STEPS_EXPONENT[law] * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))
+    return 10.0 ** (steps_exponent * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))
