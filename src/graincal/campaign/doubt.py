@@ -41,7 +41,7 @@ CODES: dict[str, dict[str, str]] = {
     "note": {
         "below-one": "the stress ratio is slightly below 1 at the beginning",
         "check-marks": "lines of the file still say CHECK",
-        "dilates-throughout": "the volumetric strain dilates from the first, and the stress ratio has no peak",
+        "dilates-at-first": "the volumetric strain dilates at first, which may be right: by little, or throughout without a peak of the stress ratio",
         "far-from-quasi-static": "a setting of the test, or a pressure or a parameter, is unusual",
         "key-without-effect": "a key changes nothing",
         "limit-never-reached": "a limit is never reached, for another one ends the calibration before",

@@ -58,7 +58,8 @@ class OpenQuestion:
         """What is asked, with the key and what the file says of it."""
         at = f" (line {self.line})" if self.line else ""
         said = f": {self.comment.rstrip('.:')}" if self.comment else f"; one of {', '.join(self.answers)} is possible" if self.answers else ""
-        return f'{self.place} is an open question{at}{said}. Write the answer in the place of "?".'
+        end = "" if said.endswith("?") else "."
+        return f'{self.place} is an open question{at}{said}{end} Write the answer in the place of "?".'
 
     @property
     def question(self) -> Question:

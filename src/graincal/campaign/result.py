@@ -239,7 +239,7 @@ class Result:
         at any moment, settled or not, and by no emulator. None by other methods, and where no run has a response. `likely_runs` says what it is before the answer is run again."""
         return self.learnt[-1].fits_about_as_well if self.has_posterior else None
 
-    @property
+    @cached_property
     def accepted(self) -> tuple[Doubt, ...]:
         """The problems in spite of which `graincal calibrate --accept` began it; none mostly."""
         return self._store.accepted

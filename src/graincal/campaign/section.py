@@ -70,7 +70,7 @@ def sentences(error: ValidationError, content: Mapping[str, Any]) -> list[str]:
 
 def place(location: tuple[int | str, ...], content: Any) -> str:
     """A value's place by the keys on the way to it: `experiment "drained": reference.strain`. Without the content, elements of lists go by their number."""
-    return _without_first_marks(_name(location, content))
+    return _without_first_marks(_name(location, content)).rstrip(": ")
 
 
 def _without_first_marks(text: str) -> str:
