@@ -1,6 +1,8 @@
 """graincal check for people and programs: open questions, exit codes, and what calibrate does with problems."""
 
 import json
+import re
+from pathlib import Path
 
 import pytest
 
@@ -96,5 +98,7 @@ def test_a_void_ratio_out_of_reach_is_a_problem_with_the_range(call, tmp_path, m
     assert refused.code == 1 and "mend the file:" in refused.err and "--accept" not in refused.err
 
 
-def test_codes_have_one_level():
+def test_codes_have_one_level_and_the_documents_list_them():
     assert len(LEVELS) == sum(map(len, CODES.values()))
+    text = (Path(__file__).parents[2] / "docs" / "calibration-file.md").read_text()
+    assert set(re.findall(r"^\| (problem|note) \| `([\w-]+)` \|", text, re.M)) == {(level, code) for code, level in LEVELS.items()}

@@ -12,6 +12,9 @@ from graincal.inference.posterior_filter import GROWTH, REPLICATES
 from graincal.inference.settling import FRESH
 from graincal.notation import numbers
 
+MANY = 20_000
+"""Evaluations, as the limit, from which some fresh runs more or less change nothing of what is said."""
+
 UNUSED = 0.05
 """Of a limit on evaluations: what is left of it by more than this is said."""
 
@@ -34,19 +37,29 @@ class Limits:
         if asked is None and most_rounds is None:
             return cls(first, None, None, "", None)
         at_end = REPLICATES if calibration.method == POSTERIOR else 0
-        counts, most, rounds, ended = {first}, first, 1, set()
-        while True:
-            further = {(count, size) for count in counts for size in _sizes(calibration, first, count)}
+
+        def further(count: int) -> tuple[list[int], bool]:
+            """What a further round may come to within the limit on evaluations, and whether one would exceed it."""
+            sizes = _sizes(calibration, first, count, most=asked)
+            fitting = [count + size for size in sizes if asked is None or count + size + at_end <= asked]
+            return fitting, len(fitting) < len(sizes)
+
+        # By as few rounds as lead to each number of evaluations; and by as many as there can be.
+        reached, ended, counts, rounds = {first}, set(), {first}, 1
+        while counts:
             if rounds == most_rounds:
                 ended.add("max_iterations")
                 break
-            fitting = {count + size for count, size in further if asked is None or count + size + at_end <= asked}
-            if len({count + size for count, size in further}) > len(fitting):
+            outcomes = [further(count) for count in counts]
+            if any(exceeds for _, exceeds in outcomes):
                 ended.add("max_evaluations")
-            if not fitting:
-                break
-            counts, most, rounds = fitting, max(most, *fitting), rounds + 1
-        return cls(first, most + at_end, rounds, "max_evaluations" if "max_evaluations" in ended else "max_iterations", asked)
+            counts = {count for fitting, _ in outcomes for count in fitting} - reached
+            reached |= counts
+            rounds += 1
+        slowest, rounds = first, 1
+        while rounds != most_rounds and (fitting := further(slowest)[0]):
+            slowest, rounds = min(fitting), rounds + 1
+        return cls(first, max(reached) + at_end, rounds, "max_evaluations" if "max_evaluations" in ended else "max_iterations", asked)
 
     def as_json(self) -> dict[str, Any]:
         """The limits as `graincal check --json` has them."""
@@ -87,9 +100,10 @@ def _limit_on_rounds(calibration: Calibration) -> int | None:
     return most or None
 
 
-def _sizes(calibration: Calibration, first: int, count: int) -> set[int]:
+def _sizes(calibration: Calibration, first: int, count: int, most: int | None) -> list[int]:
     """The evaluations that the round after so many may have, as the filter sizes them: by the method "posterior" a batch, or fresh runs once it seems to have settled."""
     if calibration.method != POSTERIOR:
-        return {first}
+        return [first]
     batch = calibration.filter_options.get("batch") or max(2 * calibration.space.size, math.ceil(GROWTH * count))
-    return {batch} if calibration.stop.posterior_shift is False else {batch, FRESH}
+    without_fresh = calibration.stop.posterior_shift is False or batch == FRESH or (most or 0) > MANY
+    return [batch] if without_fresh else [batch, FRESH]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graincal.campaign.doubt import Doubt
-from graincal.campaign.tested import Tested
+from graincal.campaign.tested import AT_REST, Tested
 
 SMALLEST, LARGEST = 0.003, 0.7
 """How far shear tests go in axial strain. Sand has not failed at the lower; no apparatus has the travel for the upper."""
@@ -36,7 +36,7 @@ def _axial(tested: Tested) -> list[Doubt]:
         said.append(Doubt("strain-too-large", f"{name} goes to {last:.4g}, {100 * last:.4g} %, which no test reaches: is it in percent? units = {{ {name} = \"%\" }} says so."))
     if first < BACK:
         said.append(Doubt("negative-strain", f"{name} begins at {first:.4g}, and 0 was expected at the beginning of shear: strains count from the end of consolidation."))
-    elif first < 0:
+    elif first < -AT_REST:
         said.append(Doubt("starts-below-zero", f"{name} begins at {first:.4g}, slightly below 0: the zero of the gauge, or seating."))
     return said
 
