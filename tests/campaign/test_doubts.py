@@ -5,7 +5,7 @@ import pytest
 
 from graincal import Experiment, Reference
 from graincal.campaign import Calibration
-from graincal.campaign.doubts import doubts
+from graincal.campaign.doubts import doubts as found
 from graincal.cli.text import duration
 from graincal.data import MeasurementError
 from graincal.laboratory.reading import sign_change
@@ -16,6 +16,11 @@ from .hyperbola import SPACE, STRAIN, model
 PEAK = 1 + 3 * STRAIN / (0.02 + STRAIN) + 120 * STRAIN * np.exp(-STRAIN / 0.03)
 HARDENING = 1 + 3 * STRAIN / (0.02 + STRAIN)
 DENSE = 0.1 * STRAIN - 0.4 * STRAIN**2
+
+
+def doubts(calibration):
+    """What is said, in words."""
+    return list(map(str, found(calibration)))
 
 
 @pytest.mark.parametrize(

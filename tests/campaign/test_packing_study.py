@@ -119,7 +119,7 @@ def test_a_simulated_reference_is_said_to_be_taken_for_another_packing_s(engine)
     for simulated, options, said in ((True, {}, True), (True, {"packing_scatter": False}, False), (False, {}, False)):
         reference = gc.Reference(frictional.STRAIN, frictional.curves(*TRUTH), measurement_errors=ERRORS, simulated=simulated)
         found = doubts(Calibration(SPACE, [gc.Experiment("drained", test, reference)], filter_options=options))
-        assert any("is taken for one on another packing like this one" in doubt for doubt in found) is said
+        assert any("is taken for one on another packing like this one" in doubt.sentence for doubt in found) is said
 
 
 def test_a_report_simulates_its_prediction_once(engine, tmp_path, monkeypatch):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.campaign.doubt import Doubt
 from graincal.campaign.remark import BY_EMULATORS, CODES, EXCLUSIVE, IDENTIFIED, LEVELS
 from graincal.campaign.remarks import WORDS, ByEmulators, remarks
 from graincal.campaign.status import status
@@ -121,6 +122,7 @@ def states(result):
     yield altered(result, calibration=two, found=found, stopped_by="posterior_shift"), KNOWN[1]
     for failed in (np.ones(len(result.failed), dtype=bool), result.failed):
         yield altered(result, {"fits_about_as_well": None}, found=None, failed=failed, stopped_by="failures"), None
+    yield altered(result, found=found, accepted=(Doubt("stress-ratio-high", "the stress ratio reaches 40.", "drained"),)), KNOWN[1]
 
 
 def test_no_state_is_said_anything_of_that_contradicts_itself(result):

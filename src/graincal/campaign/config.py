@@ -15,6 +15,7 @@ from graincal.campaign.calibration import Calibration, check_observables, refuse
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.first_look import read_first_look
 from graincal.campaign.exploring import no_reference
+from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
 from graincal.campaign.section import Section, mistake, sentences
 from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
@@ -129,12 +130,13 @@ class StressPathModel(Section):
 
     def build(self, folder: Path, control: str) -> StressPathTest:
         """The test that is described, driven by `control`."""
-        return TESTS[self.kind](self._packing(folder), control=control, **self._options(folder))
+        return TESTS[self.kind](self.grains(folder), control=control, **self._options(folder))
 
     def _options(self, folder: Path) -> dict[str, Any]:
         return self.given("kind", "packing", *self.PREPARATION)
 
-    def _packing(self, folder: Path) -> Packing | list[Packing]:
+    def grains(self, folder: Path) -> Packing | list[Packing]:
+        """The packing, or the packings, read or prepared. Raises OutOfReach for a void ratio that the grading does not pack to."""
         if self.packing is not None:
             names = [self.packing] if isinstance(self.packing, str) else self.packing
             return [Packing.read(_from_root(folder / name)) for name in names]
@@ -319,10 +321,15 @@ def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, explor
 
     more_runs: folders beside those under `runs`. exploring: for a library, without what was run before; to: then without references, up to this control value (`exploring.no_reference`).
 
-    Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected.
+    Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected; and one for each open question, a value "?".
     """
     path = Path(path)
     file, source = _read(path)
+    return build_calibration(path, file, source, more_runs, exploring=exploring, to=to)
+
+
+def build_calibration(path: Path, file: CalibrationFile, source: str, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
+    """The calibration that a file describes, whose text is `source`, as `read_calibration`."""
     try:
         return replace(_build(file, path.parent, source, more_runs, exploring, to), file=str(_from_root(path))).check()
     except InputError as error:
@@ -343,18 +350,30 @@ def read_references(path: str | Path) -> list[tuple[ExperimentEntry, Reference]]
 
 
 def _read(path: Path) -> tuple[CalibrationFile, str]:
-    """What a file says, and its text."""
+    """What a file says, and its text. Raises InputError for open questions too."""
+    content, source = parse(path)
+    if questions := open_questions(source, content):
+        raise InputError("\n".join(f"{path}: {question.sentence}" for question in questions))
+    return validated(path, content), source
+
+
+def parse(path: Path) -> tuple[dict[str, Any], str]:
+    """The content of a file as TOML has it, and its text."""
     try:
         source = path.read_text(encoding="utf-8-sig")
-        content = tomllib.loads(source)
+        return tomllib.loads(source), source
     except OSError as error:
         raise InputError(unreadable(path, error, "a calibration file")) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: this is not TOML, {error}.") from None
+
+
+def validated(path: Path, content: dict[str, Any]) -> CalibrationFile:
+    """What the content of a file says. Raises InputError with a sentence for each mistake."""
     try:
-        return CalibrationFile.model_validate(content), source
+        return CalibrationFile.model_validate(content)
     except ValidationError as error:
         raise InputError("\n".join(f"{path}: {sentence}" for sentence in sentences(error, content))) from None
 

@@ -61,6 +61,7 @@ CODES: dict[str, dict[str, str]] = {
         "too-few-responses": "too few samples have a response for a posterior",
     },
     "condition": {
+        "accepted-problems": "it was begun in spite of problems that were found before, which were accepted",
         "one-packing": "what is found is of this packing",
         "two-packings": "what is found is of these two packings",
         "error-assumed": "a measurement error was not stated, and one was taken",

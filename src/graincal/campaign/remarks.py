@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graincal.campaign.remark import Remark, remark
-from graincal.campaign.trust import cautions, causes, conditions, doubts, has_settled
+from graincal.campaign.trust import accepted_problems, cautions, causes, conditions, doubts, has_settled
 from graincal.inference.likely_runs import LikelyRuns
 from graincal.inference.posterior import PROBABILITY
 from graincal.notation import numbers
@@ -45,14 +45,15 @@ class ByEmulators:
 
 
 def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, ...]:
-    """Everything that is to be said of a result, in the order of a report; nothing by other methods.
+    """Everything that is to be said of a result, in the order of a report; by other methods that problems were accepted, and nothing else.
 
     Without what is known by emulators, all that can be told at once by what is stored; what is said then is said in the same words with it.
     """
+    accepted = accepted_problems(result.accepted)
     if not result.has_posterior:
-        return ()
+        return accepted
     if result.found is None:
-        return (_nothing(result), *_fitting(result, known), _ending(result))
+        return (_nothing(result), *_fitting(result, known), *accepted, _ending(result))
     return (
         *cautions(result, known),
         *_of_parameters(result),
@@ -63,6 +64,7 @@ def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, .
         *_answer(result, known),
         *doubts(result, known),
         *conditions(result),
+        *accepted,
         _ending(result),
     )
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.doubt import Doubt
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.packings import TROUBLE
@@ -239,9 +240,14 @@ class Result:
         return self.learnt[-1].fits_about_as_well if self.has_posterior else None
 
     @cached_property
+    def accepted(self) -> tuple[Doubt, ...]:
+        """The problems in spite of which `graincal calibrate --accept` began it; none mostly."""
+        return self._store.accepted
+
+    @cached_property
     def remarks(self) -> tuple[Remark, ...]:
-        """What was found, why not to trust it and what it takes for granted, by the method "posterior": what the report says of it, as records with codes. None by other
-        methods. It takes some seconds, for the emulators are made again."""
+        """What was found, why not to trust it and what it takes for granted, by the method "posterior": what the report says of it, as records with codes. By other
+        methods none but that problems were accepted. It takes some seconds, for the emulators are made again."""
         from graincal.report.emulated import Emulated
 
         emulated = Emulated.of(self)

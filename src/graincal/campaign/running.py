@@ -14,6 +14,7 @@ from typing import Any, Literal
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.campaign import CURVES, Campaign
 from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
+from graincal.campaign.doubt import Doubt
 from graincal.campaign.doubts import doubts, thinning_notes
 from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.first_look import first_look_of
@@ -84,11 +85,11 @@ def calibrate(
     return begin(calibration, folder)
 
 
-def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = ()) -> Result:
-    """Run a new campaign, in memory or in a folder that holds none."""
+def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = (), accepted: Sequence[Doubt] = ()) -> Result:
+    """Run a new campaign, in memory or in a folder that holds none. accepted: problems in spite of which it is run, which are kept and reported."""
     calibration.check()
     if folder is None:
-        store = Store.create(calibration)
+        store = Store.create(calibration, accepted=accepted)
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     folder = Path(folder)
     _refuse_occupied(folder, calibration)
@@ -99,7 +100,7 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
     with closing(Log(folder)) as log:
         # Once more under the lock: another process may have begun here.
         _refuse_occupied(folder, calibration)
-        return _run(calibration, Store.create(calibration, folder), log, listeners)
+        return _run(calibration, Store.create(calibration, folder, accepted=accepted), log, listeners)
 
 
 def resume(
@@ -156,7 +157,7 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
     _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
     listeners = (*listeners, log)
     sources = calibration.known.sources if calibration.known else ()
-    for remark in (*sources, *(f"Note: {note}" for note in [*thinning_notes(calibration), *doubts(calibration)])):
+    for remark in (*sources, *(f"{doubt.level.capitalize()}: {doubt}" for doubt in [*thinning_notes(calibration), *doubts(calibration)])):
         for listener in listeners:
             listener.remark(remark)
     if changed := differences(store.provenance, now):

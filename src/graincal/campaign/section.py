@@ -65,14 +65,23 @@ def mistake(words: str) -> PydanticCustomError:
 
 def sentences(error: ValidationError, content: Mapping[str, Any]) -> list[str]:
     """A sentence for each mistake in the content of a file."""
-    return [re.sub(r"(^|: )[. ]", r"\1", f"{_name(line['loc'], content)}{line['msg']}.") for line in error.errors()]
+    return [_without_first_marks(f"{_name(line['loc'], content)}{line['msg']}.") for line in error.errors()]
+
+
+def place(location: tuple[int | str, ...], content: Any) -> str:
+    """A value's place by the keys on the way to it: `experiment "drained": reference.strain`. Without the content, elements of lists go by their number."""
+    return _without_first_marks(_name(location, content)).rstrip(": ")
+
+
+def _without_first_marks(text: str) -> str:
+    return re.sub(r"(^|: )[. ]", r"\1", text)
 
 
 def _name(location: tuple[int | str, ...], content: Any) -> str:
     """The keys on the way to a value, each with what parts it from the one before; an element of a list goes by its name, if it has one."""
     name = ""
     for part in location:
-        content = content[part]
+        content = None if content is None else content[part]
         called = content.get("name") if isinstance(content, dict) else None
         if isinstance(part, str):
             name += f".{part}"

@@ -14,6 +14,7 @@ from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.running import LOOK
 from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.trust import accepted_problems
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration
 
@@ -36,7 +37,8 @@ def status(folder: str | Path) -> dict[str, Any]:
     settled: whether the campaign ended because its posterior was known. posterior: {mean, std: {parameter: value}, interval_90: {parameter: [low, high]}} of the method "posterior", by what is known so far.
     fits_about_as_well: {runs, enough, range: {parameter: [low, high]}} of the method "posterior" (`Result.fits_about_as_well`): how many runs fit about as well as the answer,
     and the values that they have; `enough` is false where they are too few to outline a range.
-    remarks: [{code, level, text, numbers}] of the method "posterior": what is to be said of it, in the order of the report; empty before a batch is complete. A code never changes
+    remarks: [{code, level, text, numbers}] of the method "posterior": what is to be said of it, in the order of the report; before a batch is complete, and by other
+    methods, "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
     its meaning, and `graincal.campaign.remark.CODES` has all of them; level is "finding", "doubt" or "condition"; text is one or two sentences in plain characters; numbers is
     what they rest on. What takes emulators to tell is not among them (`BY_EMULATORS`): `Result.remarks` has it too.
     stopped_by, stopped_because: the criterion and a sentence.
@@ -69,7 +71,7 @@ def status(folder: str | Path) -> dict[str, Any]:
         "settled": store.meta("stopped_by") == "posterior_shift",
         "posterior": _posterior(result) if result else None,
         "fits_about_as_well": _fits(result) if result else None,
-        "remarks": [each.as_json() for each in remarks(result)] if result else [],
+        "remarks": [each.as_json() for each in (remarks(result) if result else accepted_problems(store.accepted))],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
         "seconds": sum(seconds),

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
 from graincal.campaign.calibration import Calibration, round_of
 from graincal.campaign.description import describe, describe_first_look, describe_stop, restore
+from graincal.campaign.doubt import Doubt
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.looks import pack_look, unpack_look
 from graincal.campaign.provenance import provenance
@@ -34,6 +35,9 @@ from graincal.inference.known_runs import KnownRuns
 NAME = "campaign.db"
 LIBRARY = "library"
 """The key under which a store of runs for no reference keeps how many there are to be."""
+
+ACCEPTED = "accepted"
+"""The key under which a store keeps the problems in spite of which its campaign was begun."""
 
 VERSION = 4
 
@@ -83,8 +87,9 @@ class Store:
         self._connection = connection
 
     @classmethod
-    def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None) -> Store:
-        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference."""
+    def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None, accepted: Sequence[Doubt] = ()) -> Store:
+        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference. accepted: problems in spite of
+        which it is begun."""
         store = cls(folder, _connect(folder / NAME, create=True) if folder else sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False))
         meta = {
             "description": _as_json(describe(calibration)),
@@ -95,6 +100,8 @@ class Store:
             "provenance": json.dumps(provenance()),
             "started": _now(),
         } | ({} if library is None else {LIBRARY: str(library)})
+        if accepted:
+            meta[ACCEPTED] = json.dumps([doubt.as_json() for doubt in accepted], ensure_ascii=False)
         with store._transaction() as db:
             for statement in _SCHEMA.split(";"):
                 db.execute(statement)
@@ -168,6 +175,11 @@ class Store:
         """Keep how much wall time all sittings have taken."""
         with self._transaction() as db:
             db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (SPENT, f"{seconds:.3f}"))
+
+    @property
+    def accepted(self) -> tuple[Doubt, ...]:
+        """The problems in spite of which the campaign was begun."""
+        return tuple(Doubt(**each) for each in json.loads(self.meta(ACCEPTED) or "[]"))
 
     @property
     def is_library(self) -> bool:

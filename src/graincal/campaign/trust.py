@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graincal.campaign.doubt import Doubt
 from graincal.campaign.remark import Remark, remark
 from graincal.inference.early_stop import MOST_DROPPED
 from graincal.inference.posterior import PROBABILITY
@@ -81,6 +83,14 @@ def conditions(result: Result) -> list[Remark]:
         text = f"No measurement error is stated of {labels}, and 1 % of the peak was taken: the larger it is, the wider the intervals are."
         said.append(remark("error-assumed", text, observables=list(unstated), part_of_peak=0.01))
     return said
+
+
+def accepted_problems(accepted: Sequence[Doubt]) -> tuple[Remark, ...]:
+    """That a campaign was begun in spite of problems; nothing without any."""
+    if not accepted:
+        return ()
+    text = f"It was begun in spite of {numbers.count(len(accepted), 'problem')} that graincal check finds, which --accept accepted: {' '.join(map(str, accepted))}"
+    return (remark("accepted-problems", text, problems=[doubt.as_json() for doubt in accepted]),)
 
 
 def causes(result: Result) -> str:

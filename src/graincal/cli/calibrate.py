@@ -16,19 +16,21 @@ def calibrate(
     workers: Workers = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
     runs: Annotated[list[Path] | None, typer.Option(help="A campaign or a library of the same models to learn from, beside those in the file; may be repeated.", metavar="DIR")] = None,
+    accept: Annotated[bool, typer.Option("--accept", help="Go on in spite of problems that graincal check finds; the report says so.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Calibrate: run a calibration file to its end, in a folder of its own.
 
+    A file with open questions is refused, and one with problems unless they are accepted: graincal check says which there are.
     Ctrl-C stops it, and graincal resume goes on with it.
     """
     from dataclasses import replace
 
     from graincal.campaign import begin
     from graincal.cli.options import parse_workers
-    from graincal.cli.running import read, run_and_report
+    from graincal.cli.running import accepted, look_at, run_and_report
 
-    calibration = read(file, runs or (), quiet=quiet)
+    calibration, problems = accepted(file, look_at(file, runs or (), quiet=quiet), accept=accept)
     if runs:
         calibration = replace(calibration, source=f"# Begun with {' '.join(f'--runs {each}' for each in runs)}, beside what stands below.\n{calibration.source}")
     if workers is not None:
@@ -36,4 +38,4 @@ def calibrate(
     if seed is not None:
         look = replace(calibration.look, seed=seed) if calibration.look else None
         calibration = replace(calibration, seed=seed, look=look, source=f"# Begun with --seed {seed}, instead of the seed below.\n{calibration.source}")
-    run_and_report(output, lambda listeners: begin(calibration, output, listeners), quiet=quiet)
+    run_and_report(output, lambda listeners: begin(calibration, output, listeners, problems), quiet=quiet)

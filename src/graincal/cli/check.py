@@ -2,42 +2,97 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from graincal.data import InputError
+
 if TYPE_CHECKING:
     from graincal.campaign import Calibration, Experiment
+    from graincal.campaign.examination import Examination, Examined
+    from graincal.data import Reference
+
+UNANSWERED = 2
+"""The exit code where there are questions or problems."""
 
 
 def check(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
     plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; nothing is run for it.")] = False,
 ) -> None:
-    """Read a calibration file and all that it names, draw what was read, and say how long the calibration will take.
+    """Read a calibration file and all that it names, draw what was read, say what speaks against it and how long the calibration will take.
 
-    One short evaluation in the middle of the ranges is run for that.
+    One short evaluation in the middle of the ranges is run for that. The exit code is 0 where nothing has to be answered, 1 where the file cannot be read, and 2 where
+    there are questions or problems.
     """
-    from graincal.campaign.doubts import doubts, thinning_notes
     from graincal.cli.outputs import check_figure
-    from graincal.cli.running import read
+    from graincal.cli.running import look_at
+
+    try:
+        if plot is not None:
+            check_figure(plot)
+        found = look_at(file, quiet=as_json)
+    except InputError as error:
+        if as_json:
+            typer.echo(json.dumps({"error": str(error)}, ensure_ascii=False))
+        raise
+    if as_json:
+        typer.echo(json.dumps(found.as_json(), indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        _say(found)
+    if plot is not None:
+        _draw(found, plot, quiet=as_json)
+    if not as_json and found.calibration:
+        _say_expectation(found.calibration)
+    if not found.is_clear:
+        raise typer.Exit(UNANSWERED)
+
+
+def _say(found: Examination) -> None:
+    calibration = found.calibration
+    if calibration:
+        _say_calibration(calibration)
+    else:
+        for experiment in found.experiments:
+            typer.echo("\n".join(_describe_so_far(experiment)))
+    sections = {
+        "Decided": [f'Experiment "{each.experiment}": {each}' if each.experiment else str(each) for each in found.decided],
+        "Questions": [_question(each) for each in found.questions],
+        "Problems": list(map(str, found.problems)),
+        # How files were read stands with their experiments.
+        "Notes": [str(each) for each in found.notes if each.sentence not in _said_with_experiments(found)],
+    }
+    for title, lines in sections.items():
+        if lines:
+            typer.echo("\n".join([f"{title}:", *(f"  {line}" for line in lines)]))
+
+
+def _said_with_experiments(found: Examination) -> set[str]:
+    return {note for experiment in found.experiments for note in experiment.reference.notes}
+
+
+def _question(question) -> str:
+    proposed = f' "{question.proposed}" is likely.' if question.proposed else ""
+    return f"{question.sentence}{proposed}"
+
+
+def _say_calibration(calibration: Calibration) -> None:
+    """Parameters, experiments, and what was known before."""
     from graincal.inference import IterativeBayesianFilter, sample_size_advice
 
-    if plot is not None:
-        check_figure(plot)
-    calibration = read(file)
     space = calibration.space
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):
         typer.echo(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
     for experiment in calibration.experiments:
         typer.echo("\n".join(_describe(experiment, calibration.method)))
-    for note in [*thinning_notes(calibration), *doubts(calibration)]:
-        typer.echo(f"Note: {note}")
     for source in calibration.known.sources if calibration.known else ():
         typer.echo(source)
-    if found := calibration.first_look:
-        typer.echo(f"first look: {len(found.theta)} evaluations of another campaign, of the same parameters and experiments")
+    if look := calibration.first_look:
+        typer.echo(f"first look: {len(look.theta)} evaluations of another campaign, of the same parameters and experiments")
     if calibration.look:
         typer.echo("first look, by cheaper models:")
         for experiment in calibration.look.experiments:
@@ -45,29 +100,50 @@ def check(
     filter = calibration.blank_filter()
     if isinstance(filter, IterativeBayesianFilter) and (advice := sample_size_advice(space, filter.alpha)):
         typer.echo(advice)
-    if plot is not None:
-        from graincal.cli.figures import draw_references
 
-        draw_references(calibration.experiments, plot)
-        typer.echo(f"References drawn to {plot}.")
+
+def _say_expectation(calibration: Calibration) -> None:
     if calibration.look:
         typer.echo("First look: " + "\n".join(_expectation(calibration.look)))
     typer.echo("\n".join(_expectation(calibration)))
 
 
+def _draw(found: Examination, plot: Path, *, quiet: bool) -> None:
+    from graincal.cli.figures import draw_references
+
+    if not found.experiments:
+        raise InputError(f"{plot}: nothing was drawn, for no reference can be read before the questions are answered.")
+    draw_references(found.calibration.experiments if found.calibration else found.experiments, plot)
+    if not quiet:
+        typer.echo(f"References drawn to {plot}.")
+
+
+def _describe_so_far(experiment: Examined) -> list[str]:
+    """An experiment whose model cannot be made yet."""
+    asked = f" (open: {', '.join(experiment.questions)})" if experiment.questions else ""
+    reference = experiment.reference
+    return [f'experiment "{experiment.name}", {experiment.entry.model.kind}{asked}', *_describe_reference(reference), *(f"  {note}" for note in reference.notes)]
+
+
 def _describe(experiment: Experiment, method: str) -> list[str]:
     from graincal.campaign.calibration import POSTERIOR
     from graincal.campaign.errors import describe_errors
-    from graincal.cli.text import resample, sparkline
 
     reference, lines = experiment.reference, _describe_model(experiment)
-    lines.append(f"  reference: {len(reference.control)} rows, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}")
-    for name, values in reference.observables.items():
-        curve = sparkline(resample(reference.control, values))
-        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
+    lines += _describe_reference(reference)
     if method == POSTERIOR:
         lines += [f"    {sentence}" for sentence in describe_errors(reference)]
     return lines + [f"  {note}" for note in reference.notes]
+
+
+def _describe_reference(reference: Reference) -> list[str]:
+    from graincal.cli.text import resample, sparkline
+
+    lines = [f"  reference: {len(reference.control)} rows, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}"]
+    for name, values in reference.observables.items():
+        curve = sparkline(resample(reference.control, values))
+        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
+    return lines
 
 
 def _describe_model(experiment: Experiment) -> list[str]:
@@ -94,9 +170,10 @@ def _expectation(calibration: Calibration) -> list[str]:
     import numpy as np
 
     from graincal.campaign.expectation import expect
+    from graincal.campaign.forecast import Forecast
+    from graincal.campaign.limits import Limits
     from graincal.cli.text import duration
     from graincal.execution import available_cores
-    from graincal.campaign.forecast import Forecast
     from graincal.inference import PosteriorFilter
     from graincal.inference.packings import PLACES, SIBLINGS
 
@@ -116,8 +193,9 @@ def _expectation(calibration: Calibration) -> list[str]:
         extra += expected.pilot
     shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
     with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
+    limits = Limits.of(calibration, filter)
     if isinstance(filter, PosteriorFilter):
-        forecast = Forecast.of(samples, len(calibration.known) if calibration.known else 0, filter.most_evaluations)
+        forecast = Forecast.of(samples, len(calibration.known) if calibration.known else 0, limits.evaluations)
         if any(filter.siblings):
             runs = SIBLINGS * PLACES
             lines.append(f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes.")
@@ -130,6 +208,6 @@ def _expectation(calibration: Calibration) -> list[str]:
             f"Expect {samples} evaluations that fill the ranges{known}, about {duration(seconds)} {with_workers}. As most do, a calibration settles after some "
             f"{forecast.evaluations}, about {duration(seconds * forecast.evaluations / samples)}{limit}; the filter itself takes some seconds more after each batch.{hours}",
         ]
-    iterations = calibration.stop.most_iterations
-    most = f"; at most {iterations * samples} evaluations in {iterations} iterations, {duration(iterations * seconds)}" if iterations else ""
+    rounds = limits.rounds
+    most = f"; at most {limits.evaluations} evaluations in {rounds} iteration{'s' * (rounds > 1)}, {duration(rounds * seconds)}" if rounds else ""
     return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]

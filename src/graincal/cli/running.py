@@ -13,17 +13,29 @@ from rich.console import Console
 from rich.table import Table
 
 from graincal.campaign import Calibration, Listener, Result
-from graincal.campaign.config import read_calibration
+from graincal.campaign.doubt import Doubt
+from graincal.campaign.examination import Examination, examine
 from graincal.campaign.running import REPORT
 from graincal.campaign.store import holds_campaign
 from graincal.cli.progress import Progress
 from graincal.data import InputError
 
 
-def read(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Calibration:
-    """Read a calibration file; a terminal says meanwhile what takes so long."""
+def look_at(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Examination:
+    """Examine a calibration file; a terminal says meanwhile what takes so long."""
     with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
-        return read_calibration(file, more_runs)
+        return examine(file, more_runs)
+
+
+def accepted(file: Path, found: Examination, *, accept: bool) -> tuple[Calibration, tuple[Doubt, ...]]:
+    """The calibration of a file that was looked at, and the problems in spite of which it is run. Raises InputError for open questions, and for problems that are not accepted or leave nothing to run."""
+    if found.questions:
+        raise InputError("\n".join(f"{file}: {question.sentence}" for question in found.questions))
+    if found.problems and not (accept and found.calibration):
+        are, them = ("is 1 problem", "it") if len(found.problems) == 1 else (f"are {len(found.problems)} problems", "them")
+        then = f"mend the file, or go on in spite of {them} by --accept" if found.calibration else "mend the file"
+        raise InputError("\n".join([f"{file}: not calibrated, for there {are}; {then}:", *(f"  {problem}" for problem in found.problems)]))
+    return found.calibration, found.problems
 
 
 def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:

@@ -9,7 +9,7 @@ import typer
 
 from graincal.cli.options import Folder
 
-_FITTING = ("fits-about-as-well", "few-fit-about-as-well")
+_ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 """Beside doubts, what a person is told of a posterior's remarks: it holds while nothing else does yet."""
 
 
@@ -53,7 +53,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
         if candidate := status[word]:
             theta = ", ".join(f"{name} {value:.4g}" for name, value in candidate["theta"].items())
             lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {theta}")
-    lines += [each["text"] for each in status["remarks"] if each["code"] in _FITTING or (each["level"] == "doubt" and each["code"] != "preliminary")]
+    lines += [each["text"] for each in status["remarks"] if each["code"] in _ALWAYS or (each["level"] == "doubt" and each["code"] != "preliminary")]
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
     elif status["state"] == "interrupted":

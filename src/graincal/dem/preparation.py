@@ -37,6 +37,9 @@ VOID_RATIO_TOLERANCE, ACCEPTED = 5e-4, 2e-3
 RELEASE_RATE = 1e-3
 """1/s. Slow enough that the cell's own inertia does not carry it past the point where the grains part."""
 
+MANY, FEW, FAR = 2000, 500, 0.05
+"""A packing of more than MANY grains takes minutes until it is known what it packs to: FEW of its grading say before whether the void ratio is further than FAR from that."""
+
 _CHUNK = 200
 _MAX_CHUNKS = 1000
 _MAX_TRIALS = 12
@@ -86,6 +89,14 @@ def comment(void_ratio: float, grading: str, seed: int) -> str:
 
 
 def _prepare(particles: int, void_ratio: float, grading: Grading | GrainSizes, seed: int) -> Packing:
+    if particles > MANY:
+        _refuse_far_out_of_reach(void_ratio, grading, seed)
+    packed = _lower_friction(_loosest(particles, void_ratio, grading, seed), void_ratio, grading).released
+    return Packing(packed.positions, packed.radii, packed.edges, name=f"packing of {grading.name}")
+
+
+def _loosest(particles: int, void_ratio: float, grading: Grading | GrainSizes, seed: int) -> _State:
+    """The state of the largest friction angle; the cell is wide enough for the void ratio."""
     generator = np.random.default_rng(seed)
     radii = 0.5 * grading.diameters(particles, generator)
     _check_width(radii, void_ratio, grading)
@@ -94,8 +105,24 @@ def _prepare(particles: int, void_ratio: float, grading: Grading | GrainSizes, s
     _compress(simulation)
     simulation.set_law(_law(LOOSEST_FRICTION_ANGLE))
     _compress(simulation)
-    packed = _lower_friction(_State(simulation), void_ratio, grading).released
-    return Packing(packed.positions, packed.radii, packed.edges, name=f"packing of {grading.name}")
+    return _State(simulation)
+
+
+def _refuse_far_out_of_reach(void_ratio: float, grading: Grading | GrainSizes, seed: int) -> None:
+    """Raise OutOfReach where a small packing says that a large one is not worth the minutes."""
+    try:
+        small = _loosest(FEW, void_ratio, grading, seed)
+        loosest, densest = small.void_ratio, small.with_friction(0.0).void_ratio
+    except (InputError, RuntimeError):
+        # Of wide gradings few grains are too few, and say nothing.
+        return
+    if not densest - FAR <= void_ratio <= loosest + FAR:
+        raise _out_of_reach(void_ratio, grading, densest, loosest)
+
+
+def _out_of_reach(void_ratio: float, grading: Grading | GrainSizes, densest: float, loosest: float) -> OutOfReach:
+    message = f"void_ratio: {void_ratio:g} is out of reach for grading {grading.name}, which packs to between {densest:.3f} and {loosest:.3f}."
+    return OutOfReach(message, densest, loosest)
 
 
 @dataclass
@@ -127,8 +154,7 @@ def _lower_friction(start: _State, void_ratio: float, grading: Grading | GrainSi
     only ever falls."""
     loosest, densest = start.void_ratio, start.with_friction(0.0).void_ratio
     if not densest - VOID_RATIO_TOLERANCE <= void_ratio <= loosest + VOID_RATIO_TOLERANCE:
-        message = f"void_ratio: {void_ratio:g} is out of reach for grading {grading.name}, which packs to between {densest:.3f} and {loosest:.3f}."
-        raise OutOfReach(message, densest, loosest)
+        raise _out_of_reach(void_ratio, grading, densest, loosest)
     loose, high, low = start, LOOSEST_FRICTION_ANGLE, 0.0
     while loose.void_ratio - void_ratio > VOID_RATIO_TOLERANCE:
         if high - low < _NARROW:

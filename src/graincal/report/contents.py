@@ -113,6 +113,7 @@ def _compose_iterations(page: Page, result: Result, figure_of: Callable[..., Non
     findings = find(result.space, result.iterations, result.truth)
     page.items(found(result, findings))
     page.paragraph(cautions(result), "note")
+    page.paragraph([each.text for each in result.remarks], "note")
     page.paragraph([rule(findings, close_fits(result.iterations))] if findings else [], "note")
     page.paragraph([errors_rule()], "note")
     figure_of("responses", "Reference and responses")

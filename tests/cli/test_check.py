@@ -1,0 +1,104 @@
+"""graincal check for people and programs: open questions, exit codes, and what calibrate does with problems."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import graincal as gc
+from graincal.campaign.doubt import CODES, LEVELS, Doubt
+from graincal.campaign.examination import examine
+from graincal.data import InputError
+from graincal.laboratory.decisions import Decision
+
+from .tested import DRAINED, write
+
+ASKED = ('"lab.csv", strain = "logarithmic"', '"lab.csv", strain = "?", units = { axial_strain = "?" }'), ("reference   =", '# How were strains computed?\nreference   =')
+BEHIND = (('strain = "logarithmic" }', 'strain = "?" }   # "engineering" or "logarithmic", see "#3"'),)
+NO_PRESSURE = (("confining_pressure = 200e3", 'confining_pressure = "?"'),)
+
+
+def test_questions_are_said_with_their_place_and_comment(call, tmp_path):
+    file = write(tmp_path, DRAINED, {}, ASKED)
+    checked = call("check", file)
+    line = file.read_text().splitlines().index(next(each for each in file.read_text().splitlines() if each.startswith("reference"))) + 1
+    said = f'experiment "drained": reference.strain is an open question (line {line}): How were strains computed? Write the answer'
+    assert checked.code == 2 and f"Questions:\n  {said}" in checked.out and 'experiment "drained", triaxial (open: reference.strain, reference.units.axial_strain)' in checked.out
+    assert "11 rows, axial_strain 0 to 0.1" in checked.out and "Expect" not in checked.out
+    for called in (call("calibrate", file, "-o", tmp_path / "campaign", "--accept"), call("explore", file, "-o", tmp_path / "library")):
+        assert called.code == 1 and called.err.startswith(f"{file}: {said}") and called.err.count("is an open question") == 2
+    with pytest.raises(InputError, match="is an open question"):
+        gc.campaign.config.read_calibration(file)
+
+
+def test_a_question_goes_with_what_is_proposed_and_without_it(tmp_path):
+    file, asked = write(tmp_path, DRAINED, {}, BEHIND), []
+
+    def proposed(entry, key):
+        asked.append((entry["name"], key))
+        return "engineering"
+
+    found = examine(file, proposed=proposed)
+    assert asked == [("drained", ("reference", "strain"))] and found.questions[0].proposed == "engineering" and not found.is_clear
+    assert found.questions[0].comment == '"engineering" or "logarithmic", see "#3"' and found.questions[0].answers == ("engineering", "logarithmic")
+    assert found.experiments[0].reference.control[-1] > 0.105 and found.experiments[0].questions == ("reference.strain",)
+    # Without a proposal the key is left out, and without a key that must be there the file cannot be read.
+    assert examine(file).experiments[0].reference.control[-1] == pytest.approx(0.1)
+    file = write(tmp_path, DRAINED, {}, NO_PRESSURE)
+    assert examine(file).experiments == () and [each.key for each in examine(file).questions] == ["model.confining_pressure"]
+    assert len(examine(file, proposed=lambda entry, key: 200e3).experiments) == 1
+
+
+@pytest.mark.parametrize(
+    ("written", "key"),
+    [('"lab.csv", strain = \'?\'', "reference.strain"), ('"lab.csv", strain = "logarithmic", columns = { axial_strain = "?" }', "reference.columns.axial_strain")],
+)
+def test_questions_are_found_wherever_they_stand(tmp_path, written, key):
+    file = write(tmp_path, DRAINED, {}, (('"lab.csv", strain = "logarithmic"', written), ("workers = 1", 'workers = "?"   # is "?" a number'), ("range = [10, 50]", 'range = ["?", 50]')))
+    found = examine(file).questions
+    assert {(each.experiment, each.key) for each in found} == {("drained", key), (None, "run.workers"), (None, "parameters.phi.range 1")}
+    lines = file.read_text().splitlines()
+    assert all("?" in lines[each.line - 1] for each in found) and found[-1].comment == 'is "?" a number'
+
+
+def test_programs_read_one_document(call, tmp_path):
+    good = call("check", write(tmp_path, DRAINED), "--json")
+    found = json.loads(good.out)
+    assert good.code == 0 and good.err == "" and found["problems"] == found["questions"] == [] and found["limits"]["first_round"] > 0
+    (experiment,) = found["experiments"]
+    assert (experiment["name"], experiment["kind"], experiment["confining_pressure"], experiment["states"], experiment["kept_states"], experiment["control"]) == ("drained", "triaxial", 200e3, 11, 11, "axial_strain")
+    assert experiment["observables"]["stress_ratio"]["first"] == 1.0 and set(experiment["observables"]) == {"stress_ratio", "volumetric_strain", "void_ratio"}
+    asked = call("check", write(tmp_path, DRAINED, {}, BEHIND), "--json")
+    assert asked.code == 2
+    (question,) = json.loads(asked.out)["questions"]
+    assert question["experiment"] == "drained" and question["key"] == "reference.strain" and question["answers"] == ["engineering", "logarithmic"] and question["proposed"] is None
+    wrong = call("check", write(tmp_path, DRAINED, {"stress_ratio": lambda r: r - 1}), "--json")
+    assert wrong.code == 2 and {each["code"] for each in json.loads(wrong.out)["problems"]} == {"stress-ratio-low"}
+    missing = call("check", tmp_path / "nowhere.toml", "--json")
+    assert missing.code == 1 and json.loads(missing.out)["error"] + "\n" == missing.err
+
+
+def test_what_laboratory_files_say_is_put_beside(tmp_path):
+    def evidence(entry, folder):
+        assert entry.name == "drained" and (folder / entry.reference.file).exists()
+        return [Decision("reference.strain", "logarithmic", "it goes beyond 1")], [Doubt("unsheared", "so.")], [Doubt("reading", "thus.")]
+
+    found = examine(write(tmp_path, DRAINED), evidence=evidence)
+    assert found.as_json()["decided"] == [{"experiment": "drained", "what": "reference.strain", "value": "logarithmic", "because": "it goes beyond 1"}]
+    assert [str(each) for each in found.problems] == ['Experiment "drained": so.'] and Doubt("reading", "thus.", "drained") in found.notes
+
+
+def test_a_void_ratio_out_of_reach_is_a_problem_with_the_range(call, tmp_path, monkeypatch):
+    monkeypatch.setenv("GRAINCAL_CACHE", str(tmp_path / "cache"))
+    file = write(tmp_path, DRAINED, {}, (('packing = "PACKING"', "particles = 180, void_ratio = 1.05"), (", void_ratio = {}", "")))
+    checked = call("check", file)
+    assert checked.code == 2 and "1.05 is out of reach for grading toyoura, which packs to between" in checked.out and "graincal init --relative-density" in checked.out
+    refused = call("calibrate", file, "-o", tmp_path / "campaign", "--accept")
+    assert refused.code == 1 and "mend the file:" in refused.err and "--accept" not in refused.err
+
+
+def test_codes_have_one_level_and_the_documents_list_them():
+    assert len(LEVELS) == sum(map(len, CODES.values()))
+    text = (Path(__file__).parents[2] / "docs" / "calibration-file.md").read_text()
+    assert set(re.findall(r"^\| (problem|note) \| `([\w-]+)` \|", text, re.M)) == {(level, code) for code, level in LEVELS.items()}
