@@ -1,0 +1,87 @@
+"""The sheets of a spreadsheet, of Excel or of OpenDocument, as rows of text."""
+
+from __future__ import annotations
+
+import io
+from datetime import date, time, timedelta
+
+from python_calamine import CalamineError, CalamineWorkbook, SheetTypeEnum, SheetVisibleEnum
+
+from graincal.data import InputError
+from graincal.laboratory.numbers import reads_as_number
+from graincal.laboratory.rows import Grid, Row
+from graincal.suggestion import did_you_mean
+
+SIGNATURES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""What the files of spreadsheets begin with."""
+LARGEST_WHOLE = 1e15
+"""Whole numbers up to here are printed without a decimal point."""
+
+
+def read_sheet(raw: bytes, path: str, wanted: str | int | None) -> tuple[str, Grid]:
+    """The name of a sheet and its rows: the one that is wanted, by its name or its number from 1, or the only one that holds rows of numbers.
+
+    Raises InputError for what is no spreadsheet, for a sheet that is missing or holds no numbers, and where several sheets hold numbers and none is wanted.
+    """
+    try:
+        book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
+        hidden = {sheet.name for sheet in book.sheets_metadata if sheet.visible != SheetVisibleEnum.Visible}
+        names = [sheet.name for sheet in book.sheets_metadata if sheet.typ == SheetTypeEnum.WorkSheet]
+        grids = {name: _grid(book, name, path) for name in names}
+    except (CalamineError, OSError, ValueError) as error:
+        raise InputError(f"{path}: this spreadsheet cannot be read ({str(error).splitlines()[0].rstrip('.')}), save its sheet as CSV first.") from None
+    if wanted is not None:
+        name = _named(names, wanted, path)
+        if not _holds_numbers(grids[name]):
+            raise InputError(f"{path}: sheet '{name}' has no two rows of numbers, and a header with rows of numbers below it was expected.")
+        return name, grids[name]
+    full = [name for name in names if _holds_numbers(grids[name])]
+    # What a person does not see is taken only when it is asked for, or where there is nothing else.
+    full = [name for name in full if name not in hidden] or full
+    if not full:
+        raise InputError(f"{path}: no sheet has two rows of numbers, and a header with rows of numbers below it was expected.")
+    if len(full) > 1:
+        listed = ", ".join(f"'{name}'" for name in full)
+        raise InputError(f'{path}: {len(full)} sheets hold rows of numbers, {listed}: say which with --sheet, or sheet = "{full[0]}" in a calibration file.')
+    return full[0], grids[full[0]]
+
+
+def _named(names: list[str], wanted: str | int, path: str) -> str:
+    if wanted in names:
+        return str(wanted)
+    if str(wanted).isdecimal() and 1 <= int(wanted) <= len(names):
+        return names[int(wanted) - 1]
+    listed = ", ".join(f"'{name}'" for name in names)
+    raise InputError(f"{path}: there is no sheet '{wanted}'{did_you_mean(str(wanted), names)}, and one of {listed} was expected.")
+
+
+def _grid(book: CalamineWorkbook, name: str, path: str) -> Grid:
+    """A sheet's rows that are not blank; their lines are the sheet's own."""
+    rows = []
+    for line, record in enumerate(book.get_sheet_by_name(name).to_python(skip_empty_area=False), 1):
+        cells = tuple(map(_text, record))
+        if any(cells):
+            rows.append(Row(line, cells))
+    width = max((len(row.cells) for row in rows), default=0)
+    while width and not any(row.cell(width - 1) for row in rows):
+        width -= 1
+    return Grid(path, "", [Row(row.line, row.cells[:width]) for row in rows])
+
+
+def _holds_numbers(grid: Grid) -> bool:
+    return sum(row.holds_numbers for row in grid.rows[:1000]) >= 2
+
+
+def _text(value: object) -> str:
+    """A cell's value with all its digits. Raises nothing: what is no number is text."""
+    if isinstance(value, bool):
+        return str(value).upper()
+    if isinstance(value, float):
+        return str(int(value)) if value.is_integer() and abs(value) < LARGEST_WHOLE else repr(value)
+    if isinstance(value, (date, time)):
+        return value.isoformat()
+    if value is None or isinstance(value, timedelta):
+        return "" if value is None else str(value)
+    text = " ".join(str(value).replace("\u2212", "-").split())
+    # A number that a sheet keeps as text is one all the same.
+    return text.lstrip("'") if reads_as_number(text.lstrip("'")) else text
