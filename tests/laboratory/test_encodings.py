@@ -27,6 +27,7 @@ WORDS = {
     "utf-16-le": "axial strain;q",
     "utf-16-be": "axial strain;q",
 }
+UNKNOWN = {"cp1251": "Ящик яблок;Ёжик", "gb18030": "苹果箱子;刺猬", "shift_jis": "りんごばこ;はりねずみ", "euc_kr": "사과상자;고슴도치", "cp1250": "Źdźbło trawy;Jeż"}
 ROWS = "\n0,5;1,5\n1,5;2,5\n"
 
 
@@ -47,9 +48,9 @@ def test_the_encoding_is_the_one_under_which_names_are_known(encoding: str, tmp_
     assert [row.cells for row in table.rows] == [("0,5", "1,5"), ("1,5", "2,5")]
 
 
-@pytest.mark.parametrize("encoding", ["cp1251", "gb18030", "shift_jis", "euc_kr", "cp1250"])
+@pytest.mark.parametrize("encoding", UNKNOWN)
 def test_where_no_name_is_known_the_encoding_is_asked_for_and_numbers_are_right(encoding: str, tmp_path: Path) -> None:
-    header = {"cp1251": "Ящик яблок;Ёжик", "gb18030": "苹果箱子;刺猬", "shift_jis": "りんごばこ;はりねずみ", "euc_kr": "사과상자;고슴도치", "cp1250": "Źdźbło trawy;Jeż"}[encoding]
+    header = UNKNOWN[encoding]
     path = written(header + ROWS, encoding, tmp_path)
     table = read_table(path)
     (question,) = table.questions

@@ -56,6 +56,20 @@ def test_columns_without_a_name_keep_their_place(tmp_path: Path) -> None:
     assert table.rows[0].cells == ("1", "0.5", "7", "8", "9")
 
 
+@pytest.mark.parametrize("write", [write_xlsx, write_ods])
+def test_rows_and_columns_are_counted_from_the_corner_of_the_sheet(write, tmp_path: Path) -> None:
+    table = read_table(write(tmp_path / "lab.sheet", {"A": [[], [], [None, None, "e", "q"], [None, None, 1, 2], [], [None, None, 3, 4]]}))
+    assert (table.header_line, table.lines, table.header) == (3, [4, 6], ("", "", "e", "q"))
+    assert table.rows[1].cells == ("", "", "3", "4")
+
+
+@pytest.mark.parametrize("header", ["Axial strain", "Axial strain (%)"])
+def test_cells_shown_in_percent_are_percent(header: str, tmp_path: Path) -> None:
+    table = read_table(write_xlsx(tmp_path / "lab.xlsx", {"A": [[header, "q"], [0, 1], [0.004, 2], [0.0713, 3]]}, percent="A"))
+    assert table.units == ("%", "")
+    assert [row.cells for row in table.rows] == [("0", "1"), ("0.4", "2"), ("7.13", "3")]
+
+
 @pytest.mark.parametrize("content", [b"PK\x03\x04 sheet", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600)])
 def test_what_only_begins_like_a_spreadsheet_is_refused(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "lab.xlsx"

@@ -42,7 +42,8 @@ def column_index(table: Table, said: int | str, *, second: bool = False) -> int:
 def missing_column(table: Table, wanted: str, name: str) -> InputError:
     """That there is no column of that name, which is said as `wanted`; where no column has a name, why."""
     if not any(table.header):
-        why = next((question.sentence[:1].lower() + question.sentence[1:].rstrip(".") for question in table.questions if question.key == "columns"), "no column has a name")
+        asked = next((question.sentence for question in table.questions if question.key == "columns"), "No column has a name.")
+        why = asked[:1].lower() + asked[1:].rstrip(".")
         return InputError(f"{table.path}: there is no column {wanted}, for {why}.")
     meant = did_you_mean(split_header(name)[0], [split_header(header)[0] for header in table.header])
     present = ", ".join(f"'{header}'" for header in table.header if header)
@@ -61,7 +62,8 @@ def _of_group(table: Table, group: str, second: bool) -> int:
     found = [index for index, name in enumerate(table.groups) if name == group]
     if len(found) != 2:
         raise InputError(
-            f"{table.path}: the group '{group}' has {len(found)} column{'s' if len(found) > 1 else ''} ({_listed(table, found)}), and a pair was expected where a group stands for its columns."
+            f"{table.path}: the group '{group}' has {len(found)} column{'s' if len(found) > 1 else ''} ({_listed(table, found)}),"
+            " and a pair was expected where a group stands for its columns."
         )
     return found[second]
 

@@ -45,7 +45,8 @@ def read_group(text: str, path: str, wanted: str | None) -> tuple[str, Group]:
         curves = [each for each in CURVES if each in full]
         if len(curves) != 1:
             raise InputError(
-                f"{path}: none of the groups {', '.join(full)} is known to hold the states of a test, as CONS does: say which with --sheet, or sheet = \"...\" in a calibration file."
+                f"{path}: none of the groups {', '.join(full)} is known to hold the states of a test, as CONS does: say which with --sheet,"
+                ' or sheet = "..." in a calibration file.'
             )
         name = curves[0]
     if name not in full:

@@ -234,9 +234,9 @@ def _bare(cell: str) -> str:
 
 def _may_be_units(cells: Sequence[str], found: _Names) -> bool:
     """A short word for each of the columns, below names that are known: units that are not."""
-    return all(cells) and known(found.names) > 0 and not known(cells) and all(len(cell) <= LONGEST_UNIT and cell[-1:].isalnum() and " " not in cell for cell in cells) and not any(
-        map(reads_as_number, cells)
-    )
+    if not all(cells) or known(found.names) == 0 or known(cells) or any(map(reads_as_number, cells)):
+        return False
+    return all(len(cell) <= LONGEST_UNIT and cell[-1].isalnum() and " " not in cell for cell in cells)
 
 
 def _placed(line: _Line, found: _Names, grid: Grid) -> tuple[str, ...]:

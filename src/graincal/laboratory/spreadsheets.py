@@ -9,11 +9,14 @@ from python_calamine import CalamineError, CalamineWorkbook, SheetTypeEnum, Shee
 
 from graincal.data import InputError
 from graincal.laboratory.numbers import reads_as_number
+from graincal.laboratory.percent_formats import percent_cells
 from graincal.laboratory.rows import Grid, Row
 from graincal.suggestion import did_you_mean
 
 SIGNATURES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """What the files of spreadsheets begin with."""
+LARGEST_SHEET = 50_000_000
+"""Cells of a sheet, empty ones between others too."""
 LARGEST_WHOLE = 1e15
 """Whole numbers up to here are printed without a decimal point."""
 
@@ -23,13 +26,8 @@ def read_sheet(raw: bytes, path: str, wanted: str | int | None) -> tuple[str, Gr
 
     Raises InputError for what is no spreadsheet, for a sheet that is missing or holds no numbers, and where several sheets hold numbers and none is wanted.
     """
-    try:
-        book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
-        hidden = {sheet.name for sheet in book.sheets_metadata if sheet.visible != SheetVisibleEnum.Visible}
-        names = [sheet.name for sheet in book.sheets_metadata if sheet.typ == SheetTypeEnum.WorkSheet]
-        grids = {name: _grid(book, name, path) for name in names}
-    except (CalamineError, OSError, ValueError) as error:
-        raise InputError(f"{path}: this spreadsheet cannot be read ({str(error).splitlines()[0].rstrip('.')}), save its sheet as CSV first.") from None
+    hidden, grids = _sheets(raw, path)
+    names = list(grids)
     if wanted is not None:
         name = _named(names, wanted, path)
         if not _holds_numbers(grids[name]):
@@ -46,6 +44,21 @@ def read_sheet(raw: bytes, path: str, wanted: str | int | None) -> tuple[str, Gr
     return full[0], grids[full[0]]
 
 
+def _sheets(raw: bytes, path: str) -> tuple[set[str], dict[str, Grid]]:
+    """The names of hidden sheets, and all sheets by name."""
+    try:
+        book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
+        hidden = {sheet.name for sheet in book.sheets_metadata if sheet.visible != SheetVisibleEnum.Visible}
+        percent = percent_cells(raw)
+        return hidden, {sheet.name: _grid(book, sheet.name, path, percent.get(sheet.name, set())) for sheet in book.sheets_metadata if sheet.typ == SheetTypeEnum.WorkSheet}
+    except BaseException as error:
+        # On some damaged files the library fails with what is no Exception.
+        if not isinstance(error, (CalamineError, OSError, ValueError)) and type(error).__name__ != "PanicException":
+            raise
+        why = "it is damaged" if not isinstance(error, Exception) or not str(error) else str(error).splitlines()[0].rstrip(".")
+        raise InputError(f"{path}: this spreadsheet cannot be read ({why}), save its sheet as CSV first.") from None
+
+
 def _named(names: list[str], wanted: str | int, path: str) -> str:
     if wanted in names:
         return str(wanted)
@@ -55,11 +68,18 @@ def _named(names: list[str], wanted: str | int, path: str) -> str:
     raise InputError(f"{path}: there is no sheet '{wanted}'{did_you_mean(str(wanted), names)}, and one of {listed} was expected.")
 
 
-def _grid(book: CalamineWorkbook, name: str, path: str) -> Grid:
-    """A sheet's rows that are not blank; their lines are the sheet's own."""
+def _grid(book: CalamineWorkbook, name: str, path: str, percent: set[tuple[int, int]]) -> Grid:
+    """A sheet's rows that are not blank; their lines are the sheet's own. Cells in `percent` (line, column) become what they show, 0.4%. Raises ValueError for a sheet that is far too large."""
+    sheet = book.get_sheet_by_name(name)
+    if sheet.start is None:
+        return Grid(path, "", [])
+    if sheet.height * sheet.width > LARGEST_SHEET:
+        raise ValueError(f"sheet '{name}' goes on to row {sheet.total_height} and column {sheet.total_width}")
+    left = sheet.start[1]
     rows = []
-    for line, record in enumerate(book.get_sheet_by_name(name).to_python(skip_empty_area=False), 1):
-        cells = tuple(map(_text, record))
+    # The rows come from the sheet's first, the cells from the first column that holds any.
+    for line, record in enumerate(sheet.iter_rows(), 1):
+        cells = ("",) * left + tuple([_percent(value) if (line, left + at) in percent else _text(value) for at, value in enumerate(record)])
         if any(cells):
             rows.append(Row(line, cells))
     width = max((len(row.cells) for row in rows), default=0)
@@ -72,8 +92,12 @@ def _holds_numbers(grid: Grid) -> bool:
     return sum(row.holds_numbers for row in grid.rows[:1000]) >= 2
 
 
+def _percent(value: object) -> str:
+    return f"{100 * value:.15g}%" if isinstance(value, float) else _text(value)
+
+
 def _text(value: object) -> str:
-    """A cell's value with all its digits. Raises nothing: what is no number is text."""
+    """A cell's value with all its digits; what is no number is text."""
     if isinstance(value, bool):
         return str(value).upper()
     if isinstance(value, float):
