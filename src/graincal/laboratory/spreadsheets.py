@@ -50,7 +50,8 @@ def _sheets(raw: bytes, path: str) -> tuple[set[str], dict[str, Grid]]:
         book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
         hidden = {sheet.name for sheet in book.sheets_metadata if sheet.visible != SheetVisibleEnum.Visible}
         percent = percent_cells(raw)
-        return hidden, {sheet.name: _grid(book, sheet.name, path, percent.get(sheet.name, set())) for sheet in book.sheets_metadata if sheet.typ == SheetTypeEnum.WorkSheet}
+        names = [sheet.name for sheet in book.sheets_metadata if sheet.typ == SheetTypeEnum.WorkSheet]
+        return hidden, {name: _grid(book, name, path, percent.get(name, set())) for name in names}
     except BaseException as error:
         # On some damaged files the library fails with what is no Exception.
         if not isinstance(error, (CalamineError, OSError, ValueError)) and type(error).__name__ != "PanicException":
