@@ -219,7 +219,7 @@ class Reference:
     `control` (T,) is strictly increasing; `observables` maps names to (T,); `variance_shares` maps the same names to the relative variance w~
     (equal by default; the smaller, the more trusted); `measurement_errors` maps names to `MeasurementError`s, or to absolute standard deviations.
     `control_step`: the step to which the control was read, in its unit. `simulated`: whether a simulation made this reference, which then scatters
-    like one. Both, and the measurement errors, matter to the posterior alone.
+    like one. Both, and the measurement errors, matter to the posterior alone. `notes` say what was done when it was read, and `read_as` what its columns were read as.
     Raises InputError for lengths that differ, values that are not finite, or a control that does not increase.
     """
 
@@ -231,6 +231,7 @@ class Reference:
     control_step: float
     simulated: bool
     notes: tuple[str, ...] = field(default=())
+    read_as: tuple[str, ...] = field(default=())
 
     def __init__(
         self,
@@ -243,6 +244,7 @@ class Reference:
         control_step: float = 0.0,
         simulated: bool = False,
         notes: tuple[str, ...] = (),
+        read_as: tuple[str, ...] = (),
     ) -> None:
         control = _read_only(control, ndim=1, what=f"reference: {control_name}")
         columns = {name: _read_only(values, ndim=1, what=f"reference: {name}") for name, values in observables.items()}
@@ -282,6 +284,18 @@ class Reference:
         object.__setattr__(self, "control_step", float(control_step))
         object.__setattr__(self, "simulated", bool(simulated))
         object.__setattr__(self, "notes", tuple(notes))
+        object.__setattr__(self, "read_as", tuple(read_as))
+
+    def __repr__(self) -> str:
+        from graincal.notebook import as_text
+
+        return as_text(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a table of what was read, the notes, and the curves."""
+        from graincal.notebook import as_html
+
+        return as_html(self)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -315,7 +329,9 @@ class Reference:
     def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
         """Read a laboratory file into SI units and fractions.
 
-        observables: names, or a mapping of names to variance shares. Options and errors are those of `graincal.laboratory.read_reference`.
+        observables: names, or a mapping of names to variance shares. Options and errors are those of `graincal.laboratory.read_reference`, which are also the keys of
+        [experiment.reference] in a calibration file: columns (by header, number or letter), units, strain, compression, unloading, until, stage, rows, zero, sheet, encoding,
+        sample_volume, sample_height, confining_pressure, turns; and measurement_errors.
         """
         from graincal.laboratory import read_reference
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Iterable
 from functools import singledispatch
@@ -49,6 +50,16 @@ def save(figure: Figure, path: Path) -> None:
     with matplotlib.rc_context(_SETTINGS):
         drawn = draw(figure)
         drawn.savefig(path, dpi=200, bbox_inches="tight")
+
+
+def to_svg(figure: Figure) -> str:
+    """Draw a figure as an SVG element, to stand in a page."""
+    written = io.StringIO()
+    with matplotlib.rc_context(_SETTINGS):
+        draw(figure).savefig(written, format="svg", bbox_inches="tight", metadata={"Date": None})
+    text = written.getvalue()
+    # Without what stands above it in a file.
+    return text[text.index("<svg") :]
 
 
 def draw(figure: Figure) -> matplotlib.figure.Figure:

@@ -1,0 +1,92 @@
+"""How a reference shows itself: in a few lines at a prompt, and as a table with its curves in a notebook."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import MeasurementError, Reference
+from graincal.notation.markup import to_html
+from graincal.notation.quantities import Quantity, quantity
+
+FEW = 60
+"""Rows up to which each is drawn as a point."""
+
+
+def as_text(reference: Reference) -> str:
+    """The number of states, and the range of each quantity in the unit that it is shown in, with its measurement error: a line each."""
+    shown = quantity(reference.control_name)
+    states = f"{len(reference.control)} state{'s' * (len(reference.control) > 1)}"
+    over = f"{reference.control_name} {' to '.join(_range(reference.control, shown))}{shown.behind}"
+    lines = [f"Reference: {states} over {over}{_said_of_all(reference, shown)}"]
+    width = max(map(len, reference.names))
+    for name, values in reference.observables.items():
+        of = quantity(name)
+        lines.append(f"  {name:{width}}  {' to '.join(_range(values, of))}{of.behind}, measurement error: {error_in_words(reference.measurement_errors.get(name), of)}")
+    if reference.notes:
+        lines.append(f"  {len(reference.notes)} note{'s' * (len(reference.notes) > 1)} on how it was read, in .notes")
+    return "\n".join(lines)
+
+
+def as_html(reference: Reference) -> str:
+    """The same as a table, with the notes and the curves (SVG); whatever is text is escaped."""
+    shown = quantity(reference.control_name)
+    rows = [(shown, reference.control, f"control{_said_of_all(reference, shown)}")]
+    rows += [(quantity(name), values, error_in_words(reference.measurement_errors.get(name), quantity(name))) for name, values in reference.observables.items()]
+    body = "".join(
+        f"<tr><th style='text-align:left'>{to_html(of.title)}</th><td>{'</td><td>'.join(_range(values, of))}</td>"
+        f"<td>{html.escape(of.behind.strip())}</td><td style='text-align:left'>{html.escape(words)}</td></tr>"
+        for of, values, words in rows
+    )
+    head = "".join(f"<th>{word}</th>" for word in (f"{len(reference.control)} states", "least", "largest", "unit", "measurement error"))
+    notes = "".join(f"<li>{html.escape(note)}</li>" for note in reference.notes)
+    listed = f"<ul>{notes}</ul>" if notes else ""
+    return f"<div><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{listed}{_curves(reference)}</div>"
+
+
+def error_in_words(error: MeasurementError | None, shown: Quantity) -> str:
+    """A measurement error in the unit that its observable is shown in."""
+    if error is None:
+        return "none stated"
+    parts = [f"sd {shown.scale * error.absolute:.3g}{shown.behind}"] if error.absolute else []
+    parts += [f"{100 * error.relative:.3g} % of each value"] if error.relative else []
+    parts += [f"steps of {shown.scale * error.step:.3g}{shown.behind}"] if error.step else []
+    parts += [f"noise of sd {shown.scale * error.noise:.3g}{shown.behind}"] if error.noise else []
+    return ", ".join(parts)
+
+
+def _said_of_all(reference: Reference, shown: Quantity) -> str:
+    """What holds for all of the reference: how its control was read, and whether it is a simulation's."""
+    steps = f", in steps of {shown.scale * reference.control_step:.3g}{shown.behind}" if reference.control_step else ""
+    return steps + (", of a simulation" if reference.simulated else "")
+
+
+def _range(values: NDArray[np.float64], shown: Quantity) -> tuple[str, str]:
+    """The least and the largest value, in the unit that they are shown in."""
+    # Without a sign before 0.
+    least, largest = (f"{shown.scale * end(values) + 0.0:.4g}" for end in (np.min, np.max))
+    return least, largest
+
+
+def _curves(reference: Reference) -> str:
+    """The observables over the control, a panel each, as an SVG element."""
+    from graincal.report.drawing import Axis, Figure, Panel, log_axis
+    from graincal.report.with_matplotlib import to_svg
+
+    shown = quantity(reference.control_name)
+    x = shown.scale * reference.control
+    across = log_axis(shown.axis, x) if reference.control_name.endswith("stress") and x[0] > 0 else Axis(shown.axis)
+    panels = tuple(Panel("", across, Axis(quantity(name).axis), tuple(_marks(x, quantity(name).scale * values))) for name, values in reference.observables.items())
+    return to_svg(Figure("reference", "", "", panels))
+
+
+def _marks(x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator:
+    from graincal.report.drawing import Line, Points
+    from graincal.report.palette import BLUE, REFERENCE, Style
+
+    yield Line(x, y, Style(BLUE))
+    if len(x) <= FEW:
+        yield Points(x, y, REFERENCE)
