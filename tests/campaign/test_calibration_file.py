@@ -9,7 +9,7 @@ from graincal import Experiment, InputError, Packing, ParameterSpace, TriaxialTe
 from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
 from graincal.campaign.store import Store
-from graincal.cli.comparison import read_comparison
+from graincal.cli.comparison import Compared, read_comparison
 from graincal.data import MeasurementError
 from graincal.inference import PosteriorFilter
 
@@ -131,7 +131,7 @@ def write_triaxial(folder, *replacements):
         ('"reference.csv"', '{ file = "reference.csv", until = -1 }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not -1.'),
         ('"reference.csv"', '{ file = "reference.csv", until = "0.1" }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not "0.1".'),
         ('"reference.csv"', '{ file = "reference.csv", until = inf }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not Infinity.'),
-        ('"reference.csv"', '{ file = "reference.csv", untill = 0.1 }', 'experiment "drained": reference.untill is not a key that is known here (did you mean "until"?), and one of file, columns, units, strain, compression, unloading, until, confining_pressure, control_step, simulated was expected.'),
+        ('"reference.csv"', '{ file = "reference.csv", untill = 0.1 }', 'experiment "drained": reference.untill is not a key that is known here (did you mean "until"?), and one of file, columns, units, strain, compression, unloading, until, confining_pressure, control_step, simulated, stage, rows, zero, sample_volume, sample_height, sheet, encoding was expected.'),
         ('"reference.csv"', '{ file = "reference.csv", until = 10 }', 'experiment "drained": {folder}/reference.csv: until = 10 leaves nothing out, where axial_strain goes to 0.2, and a fraction was expected; if 10 % is meant, write 0.1.'),
         ('"reference.csv"', '{ file = "reference.csv", until = 0.01 }', 'experiment "drained": {folder}/reference.csv: until = 0.01 leaves a single row, where axial_strain goes from 0 to 0.2, and one that leaves at least two was expected.'),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
@@ -239,16 +239,16 @@ def test_a_simulation_is_compared_with_the_reference_at_its_confining_pressure(t
     first = path.read_text().split("[[experiment]]")[1].split("[filter]")[0]
     second = first.replace('"drained"', '"denser"').replace("2e5", "1e5")
     path.write_text(path.read_text().replace("[filter]", f"[[experiment]]{second}[filter]"))
-    assert [read_comparison(path, pressure).observables["stress_ratio"][-1] for pressure in (1e5, 2e5)] == [2.0, 1.5]
+    assert [read_comparison(path, Compared.drained(pressure)).observables["stress_ratio"][-1] for pressure in (1e5, 2e5)] == [2.0, 1.5]
     with pytest.raises(InputError, match='one experiment at the confining pressure of 300000 Pa was expected, and there are "drained" at 200000 Pa, "denser" at 100000 Pa'):
-        read_comparison(path, 3e5)
+        read_comparison(path, Compared.drained(3e5))
     path.write_text(path.read_text().replace("2e5", "1e5"))
     with pytest.raises(InputError, match="one experiment at the confining pressure of 100000 Pa was expected"):
-        read_comparison(path, 1e5)
+        read_comparison(path, Compared.drained(1e5))
 
 
 def test_a_reference_that_a_triaxial_test_does_not_return_is_no_comparison(tmp_path):
     (tmp_path / "lab.csv").write_text("axial_strain,porosity\n0,0.4\n0.1,0.4\n")
     path = write_calibration(tmp_path, ('"reference.csv"', '"lab.csv"'), (SHARES, "{ porosity = {} }"))
     with pytest.raises(InputError, match="a triaxial test returns axial_strain, .* and the reference holds porosity"):
-        read_comparison(path, 1e5)
+        read_comparison(path, Compared.drained(1e5))

@@ -238,7 +238,7 @@ def test_init_takes_a_packing_that_is_there(call, tmp_path, monkeypatch):
     # What it wrote is what calibrate takes, wherever it stands.
     (experiment,) = read_calibration(Path("grains/calibration.toml")).experiments
     assert experiment.model.packing.count == 500 and experiment.model.confining_pressure == 5e5
-    assert call("init", "reference.csv", "--void-ratio", "0.71", "-o", "other.toml").code == 0
+    assert call("init", "reference.csv", "--void-ratio", "0.71", "--particles", "200", "-o", "other.toml").code == 0
     assert "void_ratio = 0.71" in Path("other.toml").read_text() and "void ratio before shearing: as you gave it" in Path("other.toml").read_text()
 
 

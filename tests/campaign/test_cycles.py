@@ -12,6 +12,7 @@ from graincal.campaign import Calibration, Result
 from graincal.campaign.config import ExperimentEntry
 from graincal.campaign.description import describe, restore
 from graincal.campaign.runs import known_runs
+from graincal.cli.comparison import Compared, driven_as, read_comparison
 from graincal.cli.figures import draw_references
 from graincal.cli.predict import predicted_test
 from graincal.positions import POSITION, positions
@@ -27,6 +28,12 @@ TRUTH = {"log_E": 8.2, "phi": 30.0}
 SPACE = gc.ParameterSpace({"log_E": (7.7, 8.7), "phi": (15, 45)})
 FEW = {"first_batch": 10, "batch": 3, "packing_scatter": False}
 ERRORS = {gc.OedometricTest: {"void_ratio": 3e-4, "lateral_stress": 2e3}, gc.IsotropicTest: {"void_ratio": 3e-4}}
+
+
+def compared(file, test, experiment):
+    """The test, driven as that of a file, and the file's reference."""
+    test = driven_as(file, test)
+    return test, read_comparison(file, Compared.of(test, experiment), experiment)
 
 
 def cycle(kind=gc.OedometricTest, packing=None, pressure=PRESSURE, turns=TURNS, **options):
@@ -132,6 +139,41 @@ def test_a_cycle_is_predicted_at_its_own_and_another_pressure(call, folder, tmp_
     np.testing.assert_allclose(cycle(pressure=3e4).stress_at(found["position"]), STRESSES[1:], rtol=1e-6)
     called = call("predict", folder, "--samples", "3", "--confining-pressure", "2e5")
     assert called.code == 1 and "below 160000 Pa was expected, to which the path of \"experiment\" goes first" in " ".join(called.err.split())
+
+
+FILE = """
+[parameters]
+phi = {{ range = [15, 45] }}
+[[experiment]]
+name        = "other"
+control     = "{control}"
+observables = {{ {observable} = {{}} }}
+model       = {{ kind = "{kind}", packing = "packing.csv", confining_pressure = 20e3{turns} }}
+reference   = {{ file = "lab.csv", units = {{ {units} }}, strain = "logarithmic" }}
+"""
+
+
+def test_a_test_is_compared_as_its_calibration_file_drives_it(folder, tmp_path):
+    experiment, file = Result.read(folder).experiments[0], tmp_path / "other.toml"
+    (tmp_path / "lab.csv").write_text("axial_stress,void_ratio\n20,0.67\n60,0.66\n30,0.665\n60,0.66\n")
+    file.write_text(FILE.format(control=POSITION, observable="void_ratio", kind="oedometric", turns=", turns = [60e3, 30e3]", units='axial_stress = "kPa"').replace(', strain = "logarithmic"', ""))
+    test, reference = compared(file, cycle(), experiment)
+    assert (test.control, test.turns) == (POSITION, (6e4, 3e4)) and len(reference.control) == 4
+    test, _ = compared(file, gc.OedometricTest(demo.packing(), PRESSURE, fixed=FIXED, rest_every=0.01), experiment)
+    assert (test.control, test.turns, test.rest_every) == (POSITION, (6e4, 3e4), None)
+    triaxial = gc.TriaxialTest(demo.packing(), PRESSURE, fixed=FIXED)
+    with pytest.raises(gc.InputError, match="a triaxial experiment was expected, to compare a triaxial test with, and there is none"):
+        compared(file, triaxial, experiment)
+    # A test in extension, for a campaign in compression.
+    (tmp_path / "lab.csv").write_text("axial_strain,volumetric_strain\n0,0\n-0.01,-0.002\n")
+    file.write_text(FILE.format(control="axial_extension", observable="volumetric_strain", kind="triaxial", turns="", units=""))
+    test, reference = compared(file, triaxial, experiment)
+    assert test.control == reference.control_name == "axial_extension" and reference.control[-1] == pytest.approx(0.01)
+    # And one that its path does not return.
+    file.write_text(file.read_text().replace("volumetric_strain", "porosity"))
+    (tmp_path / "lab.csv").write_text("axial_strain,porosity\n0,0.4\n-0.01,0.41\n")
+    with pytest.raises(gc.InputError, match="a triaxial test returns axial_strain, .* and the reference holds porosity"):
+        compared(file, triaxial, experiment)
 
 
 def test_another_path_has_no_turns(folder):

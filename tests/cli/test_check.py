@@ -72,7 +72,7 @@ def test_programs_read_one_document(call, tmp_path):
     asked = call("check", write(tmp_path, DRAINED, {}, BEHIND), "--json")
     assert asked.code == 2
     (question,) = json.loads(asked.out)["questions"]
-    assert question["experiment"] == "drained" and question["key"] == "reference.strain" and question["answers"] == ["engineering", "logarithmic"] and question["proposed"] is None
+    assert question["experiment"] == "drained" and question["key"] == "reference.strain" and question["answers"] == ["engineering", "logarithmic"] and question["proposed"] == "logarithmic"
     wrong = call("check", write(tmp_path, DRAINED, {"stress_ratio": lambda r: r - 1}), "--json")
     assert wrong.code == 2 and {each["code"] for each in json.loads(wrong.out)["problems"]} == {"stress-ratio-low"}
     missing = call("check", tmp_path / "nowhere.toml", "--json")

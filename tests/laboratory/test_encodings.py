@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from graincal.data import InputError
-from graincal.laboratory import quantities
+from graincal.laboratory import vocabulary
 from graincal.laboratory.table import read_table
 
 FIELD = Path(__file__).parent.parent / "data" / "field"
@@ -40,7 +40,7 @@ def written(text: str, encoding: str, folder: Path) -> Path:
 @pytest.mark.parametrize("encoding", WORDS)
 def test_the_encoding_is_the_one_under_which_names_are_known(encoding: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     header = WORDS[encoding]
-    monkeypatch.setitem(quantities._QUANTITY, quantities._plain(header.split(";")[0]), "axial_strain")
+    monkeypatch.setitem(vocabulary._QUANTITY, vocabulary._plain(header.split(";")[0]), "axial_strain")
     table = read_table(written(header + ROWS, encoding, tmp_path))
     assert (table.encoding, table.header) == (encoding, tuple(header.split(";")))
     assert [decision.what for decision in table.decided] == ([] if encoding in ("utf-8", "utf-16") else ["encoding"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from graincal.data import Reference
-from graincal.laboratory import look, propose
+from graincal.laboratory import propose, understand
 
 DATA = os.environ.get("GRAINCAL_REFERENCE_DATA")
 pytestmark = pytest.mark.skipif(DATA is None, reason="GRAINCAL_REFERENCE_DATA names no folder with the published curves")
@@ -30,8 +30,8 @@ def test_the_synthetic_reference() -> None:
 
 @pytest.mark.parametrize("name", ["toyoura_0.5MPa.csv", "synthetic_reference.csv"])
 def test_their_proposals(name: str) -> None:
-    seen = look(Path(DATA) / name)
-    assert seen.confining_pressure == 5e5 and not seen.loops
-    table = tomllib.loads(propose(seen))["experiment"][0]["reference"]
+    found = understand(Path(DATA) / name)
+    assert found.confining_pressure == 5e5 and not found.loops
+    table = tomllib.loads(propose(found))["experiment"][0]["reference"]
     assert table["units"] == {"axial_strain": "%", "volumetric_strain": "%", "stress_ratio": "-"}
     assert table["compression"] == {"axial_strain": "positive", "volumetric_strain": "positive"}

@@ -20,7 +20,7 @@ from graincal.inference.first_look import FirstLook
 from graincal.inference.knowledge import Knowledge
 from graincal.inference.known_runs import KnownRuns
 from graincal.inference.packings import Siblings
-from graincal.laboratory.quantities import did_you_mean_observable
+from graincal.laboratory.vocabulary import did_you_mean_observable
 from graincal.models import StressPathTest
 from graincal.models.contact_parameters import check_ranges, check_units
 from graincal.suggestion import did_you_mean

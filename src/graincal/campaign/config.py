@@ -75,7 +75,7 @@ class ReferenceFile(Section):
     called: ClassVar[str] = "[experiment.reference]"
 
     file: str = Field(description="the name of a laboratory file")
-    columns: Texts = Field({}, description='a table of quantities and headers, such as { axial_strain = "Ea(%)" }')
+    columns: dict[str, str | int | list[str | int]] = Field({}, description='a table of quantities and columns, by header, number or letter, such as { axial_strain = "Ea(%)", deviator_stress = 3 }')
     units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
     strain: str | Texts | None = Field(None, description='"logarithmic" or "engineering", or a table of quantities and these')
     compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')
@@ -84,6 +84,13 @@ class ReferenceFile(Section):
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
     control_step: Positive | None = Field(None, description="the step to which the control was read, above 0, a fraction for strains, in Pa for stresses")
     simulated: bool = Field(False, description="true or false")
+    stage: str | int | None = Field(None, description='the number or the word of a stage of the file, such as 3 or "shear"')
+    rows: list[int] | None = Field(None, min_length=2, max_length=2, description="the first and the last line of the file to be read, such as [38, 53]")
+    zero: list[str] = Field([], description='a list of quantities that count from the first row that is read, such as ["axial_strain"]')
+    sample_volume: Positive | None = Field(None, description="the sample's volume when its change is 0, above 0, in m3")
+    sample_height: Positive | None = Field(None, description="the sample's height when its change is 0, above 0, in m")
+    sheet: str | int | None = Field(None, description="the name or the number of a sheet, or the group of AGS4 data")
+    encoding: str | None = Field(None, description='how the file\'s text is encoded, such as "cp1251"')
 
 
 class StressPathModel(Section):
@@ -221,6 +228,8 @@ class ExperimentEntry(Section):
         # A path along positions starts from it, and a triaxial test keeps it; on other paths the lateral stress changes.
         if self.model.kind == TriaxialTest.kind or (self.control == POSITION and isinstance(self.model, CompressionModel)):
             options.setdefault("confining_pressure", self.model.confining_pressure)
+        if self.control == POSITION and isinstance(self.model, CompressionModel):
+            options["turns"] = self.model.turns
         errors = {name: entry.error for name, entry in self.observables.items() if entry.error}
         shares = {name: entry.variance_share for name, entry in self.observables.items()}
         observables = tuple(shares) if None in shares.values() else shares

@@ -11,6 +11,7 @@ CODES: dict[str, dict[str, str]] = {
     "problem": {
         "begins-sheared": "the stress ratio is not 1 where the strain is 0",
         "constant-observable": "an observable never changes",
+        "contradicts-file": "the laboratory file proves something else than the calibration file says",
         "dilates-first": "the volumetric strain dilates first and contracts later, as if its sign were turned",
         "large-error": "a measurement error is as large as what was measured",
         "lateral-stress-not-constant": "a stress ratio is made of q or σ1 with a lateral stress that is not constant in this test",

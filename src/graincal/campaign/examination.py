@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graincal.campaign import laboratory_evidence
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.check_marks import check_marks
 from graincal.campaign.config import CalibrationFile, ExperimentEntry, FunctionModel, build_calibration, parse, validated
@@ -23,23 +24,14 @@ from graincal.data import InputError, Reference
 from graincal.dem.preparation import OutOfReach
 from graincal.inference.thinning import Thinning
 from graincal.laboratory.decisions import Decision
+from graincal.models import UndrainedTest
 
 Evidence = Callable[[ExperimentEntry, Path], tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]]
 """What a laboratory file proves of an experiment's entry, whose names of files are relative to a folder: decisions, problems and notes."""
 
 
-def propose_nothing(folder: Path) -> Proposed:
-    """Proposals for the questions of a file in a folder: none."""
-    return lambda entry, key: None
-
-
-def no_evidence(entry: ExperimentEntry, folder: Path) -> tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]:
-    """Nothing but what the calibration file says."""
-    return (), (), ()
-
-
-PROPOSE: Callable[[Path], Proposed] = propose_nothing
-EVIDENCE: Evidence = no_evidence
+PROPOSE: Callable[[Path], Proposed] = laboratory_evidence.propose
+EVIDENCE: Evidence = laboratory_evidence.evidence
 
 
 @dataclass(frozen=True)
@@ -70,6 +62,16 @@ class Examined:
             return Tested(self.reference, OTHER)
         return Tested(self.reference, model.kind, model.confining_pressure, model.void_ratio)
 
+    def _shown(self) -> dict[str, dict[str, Any]]:
+        """What follows from the observables and is not compared: the stress ratio of an undrained test, row by row."""
+        observables, model = self.reference.observables, self.entry.model
+        if model.kind != UndrainedTest.kind or not {"deviatoric_stress", "excess_pore_pressure"} <= observables.keys():
+            return {}
+        q, pore, pressure = observables["deviatoric_stress"], observables["excess_pore_pressure"], model.confining_pressure
+        if np.any(pore >= pressure):
+            return {}
+        return {"stress_ratio": {**_ends(1 + q / (pressure - pore)), "compared": False}}
+
     def as_json(self) -> dict[str, Any]:
         """The experiment as `graincal check --json` has it: fractions and Pa."""
         return {
@@ -80,7 +82,7 @@ class Examined:
             "kept_states": self.kept_states,
             "control": self.reference.control_name,
             "control_range": _ends(self.reference.control),
-            "observables": {name: _ends(values) for name, values in self.reference.observables.items()},
+            "observables": {name: _ends(values) for name, values in self.reference.observables.items()} | self._shown(),
             "open": list(self.questions),
         }
 

@@ -10,12 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from graincal.campaign.section import place
-from graincal.laboratory.decisions import Question
+from graincal.laboratory.decisions import UNANSWERED, Question
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.laboratory.units import UNITS
-
-OPEN = "?"
-"""The value of a key that is a question."""
 
 Proposed = Callable[[dict[str, Any], tuple[str | int, ...]], Any]
 """What a laboratory file says to a question: of the entry of its experiment, as TOML has it, and the keys on the way from there; None for nothing."""
@@ -113,7 +110,7 @@ def _put(content: dict[str, Any], path: tuple[str | int, ...], value: Any) -> No
 
 def _paths(content: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     """The keys on the way to each "?"."""
-    if content == OPEN:
+    if content == UNANSWERED:
         yield path
     elif isinstance(content, dict):
         for key, value in content.items():

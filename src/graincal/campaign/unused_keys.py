@@ -6,7 +6,7 @@ from graincal.campaign.calibration import POSTERIOR
 from graincal.campaign.config import CalibrationFile, ExperimentEntry, FunctionModel
 from graincal.campaign.doubt import Doubt
 from graincal.data import Reference
-from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_MEASURES
+from graincal.laboratory.quantities import COMPRESSED, SIGNED, STRAINS
 from graincal.models import TriaxialTest
 from graincal.models import stress_path
 
@@ -35,29 +35,22 @@ def unused_in_experiment(entry: ExperimentEntry, reference: Reference) -> list[D
     return [Doubt(doubt.code, doubt.sentence, entry.name) for doubt in (*_strain(entry, reference), *_compression(entry, reference), *_pressure(entry, reference))]
 
 
-def _read(entry: ExperimentEntry, reference: Reference) -> set[str]:
-    """The quantities that are read from the file: another measure of stress in the place of the stress ratio."""
-    names = {entry.control, *entry.observables}
-    made_of = next((measure for measure in STRESS_MEASURES if any(note.startswith(f"stress_ratio was computed from {measure},") for note in reference.notes)), None)
-    return names - {"stress_ratio"} | {made_of} if made_of else names
-
-
 def _strain(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     said = entry.reference.strain
     if said is None:
         return []
-    read = _read(entry, reference)
+    read = set(reference.read_as)
     engineering = said == "engineering" or (isinstance(said, dict) and said.get(entry.control) == "engineering")
-    if engineering and entry.control in stress_path.STRAINS and entry.control not in STRAINS:
+    if engineering and entry.control in read and entry.control in stress_path.STRAINS and entry.control not in STRAINS:
         text = f'strain = "engineering" does not reach {entry.control}, which is taken as logarithmic: give it as -ln(1 + e), of the engineering extension e.'
         return [Doubt("strain-not-converted", text)]
-    if not read & {*STRAINS, *stress_path.STRAINS}:
+    if not read & {*STRAINS, *COMPRESSED, *stress_path.STRAINS}:
         return [Doubt(_UNUSED, f"strain changes nothing: no strain is read, only {', '.join(sorted(read))}.")]
     return []
 
 
 def _compression(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
-    said, read = entry.reference.compression, _read(entry, reference)
+    said, read = entry.reference.compression, set(reference.read_as)
     if said != "negative" or read & set(SIGNED):
         return []
     return [Doubt(_UNUSED, f'compression = "negative" changes nothing: of {", ".join(sorted(read))} none has a sign that one word for all turns; name those that it is meant for.')]

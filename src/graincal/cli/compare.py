@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
 from graincal.cli.options import Workers, parse_workers
 from graincal.data import InputError
 
@@ -16,7 +17,13 @@ if TYPE_CHECKING:
 
 def compare(
     folders: Annotated[list[Path], typer.Argument(help="The folders of two campaigns or more, on the same references.", metavar="DIR...")],
-    against: Annotated[Path | None, typer.Option(help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
+    against: Annotated[Path | None, typer.Option(help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, read as that of the experiment or by --column, or a calibration file that reads one.", metavar="FILE")] = None,
+    column: Column = None,
+    strain: Measure = None,
+    compression: Compression = None,
+    stage: Stage = None,
+    rows: Rows = None,
+    sheet: Sheet = None,
     confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
     experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used for that test; the first one by default.", metavar="NAME")] = None,
     samples: Annotated[int, typer.Option(min=2, help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
@@ -27,25 +34,28 @@ def compare(
     from graincal.campaign import Result
     from graincal.campaign.comparison import compare as compare_campaigns
     from graincal.campaign.prediction import predict
-    from graincal.cli.comparison import calibrated_against, read_comparison, say_how_it_was_read
+    from graincal.campaign.reading import read_before
+    from graincal.cli.comparison import Compared, calibrated_against, driven_as, read_comparison, say_how_it_was_read
     from graincal.cli.predict import chosen_experiment, predicted_test, say_if_few, say_what_runs
 
-    at_once = parse_workers(workers)
+    at_once, asked = parse_workers(workers), said_of_file("--against", against, column, strain, compression, stage, rows, sheet)
     results = {str(folder): Result.read(folder) for folder in folders}
     if len(results) < len(folders):
         raise InputError("a campaign is named twice.")
     # Refuses what cannot be compared before anything is simulated.
     ranked = compare_campaigns(results)
     if against:
-        scores = {}
+        scores, before = {}, None
         for name, result in results.items():
             chosen = chosen_experiment(result, experiment)
             # The same one of all campaigns: the errors of the test are taken to be its.
             experiment = chosen.name
             if own := result.space.per_experiment:
                 typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
-            test = predicted_test(chosen, None, confining_pressure)
-            reference = read_comparison(against, test.confining_pressure, chosen)
+            test = driven_as(against, predicted_test(chosen, None, confining_pressure))
+            # Read once for all, as the file of the first campaign that says how: scores are of the same numbers.
+            before = before or next((each for other in results.values() if (each := read_before(other.calibration, chosen.name))), None)
+            reference = read_comparison(against, Compared.of(test, chosen), chosen, asked=asked, before=before)
             if known := calibrated_against(result, reference):
                 raise InputError(f'{against}: a test that was held out was expected, and {name} was calibrated against this one ("{known}").')
             say_what_runs(result, samples, test, name)

@@ -1,7 +1,9 @@
-"""The reference that a simulated triaxial test is compared with: that of a calibration file, or a laboratory file as it stands."""
+"""The reference that a simulated test is compared with: that of a calibration file, or a laboratory file by its columns."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,22 +13,82 @@ import typer
 from graincal.campaign import Experiment, Result
 from graincal.campaign.config import ExperimentEntry, read_references
 from graincal.data import InputError, Reference
-from graincal.models import TriaxialTest
-from graincal.models.stress_path import RETURNED
+from graincal.laboratory.another_file import Before, read_another
+from graincal.laboratory.quantities import STRESS_FORMS
+from graincal.models import OedometricTest, StressPathTest, TriaxialTest, UndrainedTest
+from graincal.models.compression import CompressionTest
+from graincal.models.stress_path import RETURNED, STRAINS
+from graincal.positions import POSITION
+
+COMPARED = ("stress_ratio", "volumetric_strain")
+COMPARED_OF_KIND = {UndrainedTest.kind: ("deviatoric_stress", "excess_pore_pressure"), OedometricTest.kind: ("axial_stress", "void_ratio")}
+"""What tests are compared by, where no experiment says it."""
 
 
-def read_comparison(path: Path, confining_pressure: float, measured_like: Experiment | None = None) -> Reference:
-    """The reference of a calibration file (.toml), of several the one at this confining pressure (Pa); or a laboratory file's, which says nothing of its
-    errors: they are taken to be those of an experiment, where one is given.
+@dataclass(frozen=True)
+class Compared:
+    """A test that a reference is compared with, as far as its reading depends on it. observables: those that are compared where the file holds them."""
 
-    Raises InputError where none or several fit, or where a triaxial test does not return what the reference holds.
+    kind: str
+    title: str
+    control: str
+    returned: tuple[str, ...]
+    confining_pressure: float | None
+    observables: tuple[str, ...]
+    turns: tuple[float, ...] = ()
+
+    @classmethod
+    def drained(cls, confining_pressure: float) -> Compared:
+        """A drained triaxial test at a confining pressure (Pa)."""
+        return cls(TriaxialTest.kind, TriaxialTest.title, "axial_strain", RETURNED, confining_pressure, COMPARED)
+
+    @classmethod
+    def of(cls, test: StressPathTest, experiment: Experiment) -> Compared:
+        """A test that is predicted from an experiment: of the same kind it is compared by the experiment's observables."""
+        observables = experiment.reference.names if test.kind == experiment.model.kind else COMPARED_OF_KIND.get(test.kind, COMPARED)
+        return cls(test.kind, test.title, test.control, test.returned, test.confining_pressure, observables, tuple(getattr(test, "turns", ())))
+
+    @property
+    def with_article(self) -> str:
+        """What the test is called, in a sentence."""
+        return f"{'an' if self.title[0] in 'aeiou' else 'a'} {self.title}"
+
+    @property
+    def reading(self) -> dict[str, Any]:
+        """What the test says of its reference's reading: its lateral stress, if that is constant, and where its path turns around."""
+        if self.control == POSITION:
+            return {"confining_pressure": self.confining_pressure, "turns": self.turns}
+        return {"confining_pressure": self.confining_pressure} if self.kind == TriaxialTest.kind else {}
+
+
+def read_comparison(
+    path: Path, test: Compared, measured_like: Experiment | None = None, *, asked: Mapping[str, Any] | None = None, before: Before | None = None
+) -> Reference:
+    """The reference of a calibration file (.toml), of several the one of this kind of test at its confining pressure; or a laboratory file's, by the columns that are `asked` for, or
+    as another was read `before` (`read_another`). A laboratory file says nothing of its errors: they are taken to be those of an experiment, where one is given.
+
+    Raises InputError where none or several fit, or where the test does not return what the reference holds.
     """
-    reference = _of_calibration(path, confining_pressure) if path.suffix == ".toml" else _of_laboratory(path, confining_pressure, measured_like)
-    if reference.control_name != "axial_strain":
-        raise InputError(f"{path}: the reference's control is {reference.control_name}, and a triaxial test is compared over axial_strain.")
-    if missing := [name for name in reference.names if name not in RETURNED]:
-        raise InputError(f"{path}: a triaxial test returns {', '.join(RETURNED)}, and the reference holds {missing[0]}.")
+    reference = _of_calibration(path, test) if path.suffix == ".toml" else _of_laboratory(path, test, measured_like, asked or {}, before)
+    if reference.control_name != test.control:
+        raise InputError(f"{path}: the reference's control is {reference.control_name}, and {test.with_article} is compared over {test.control} here.")
+    if missing := [name for name in reference.names if name not in test.returned]:
+        raise InputError(f"{path}: {test.with_article} returns {', '.join(test.returned)}, and the reference holds {missing[0]}.")
     return reference
+
+
+def driven_as(path: Path, test: StressPathTest) -> StressPathTest:
+    """The test, driven as that of a calibration file (.toml) was: in extension too, or along its cycle of stresses; as it is for a laboratory file."""
+    if path.suffix != ".toml":
+        return test
+    entry, reference = _in_calibration(path, Compared(test.kind, test.title, test.control, test.returned, test.confining_pressure, ()))
+    control = reference.control_name
+    if control not in test.controls:
+        raise InputError(f"{path}: the reference's control is {control}, and {test.name_with_article} is compared over {' or '.join(test.controls)}.")
+    changes: dict[str, Any] = {"control": control} if control in STRAINS else {"control": control, "rest_every": None}
+    if isinstance(test, CompressionTest):
+        changes["turns"] = tuple(getattr(entry.model, "turns", ())) if control == POSITION else ()
+    return replace(test, **changes)
 
 
 def say_how_it_was_read(path: Path, reference: Reference) -> None:
@@ -47,37 +109,39 @@ def calibrated_against(result: Result, reference: Reference) -> str | None:
     return next((experiment.name for experiment in result.experiments if the_same(experiment.reference)), None)
 
 
-def _of_laboratory(path: Path, confining_pressure: float, measured_like: Experiment | None) -> Reference:
-    reference = Reference.read(path, confining_pressure=confining_pressure)
+def _of_laboratory(path: Path, test: Compared, measured_like: Experiment | None, asked: Mapping[str, Any], before: Before | None) -> Reference:
+    own = [name for name in asked.get("columns", ()) if name in test.returned and name not in (test.control, "axial_strain", *STRESS_FORMS)]
+    observables = tuple(dict.fromkeys((*test.observables, *own)))
+    reference = read_another(path, test.control, observables, asked=asked, before=before, **test.reading)
     other = measured_like.reference if measured_like else reference
     errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
     step = other.control_step if other.control_name == reference.control_name else 0.0
     if not (errors or step):
         return reference
     taken = f'measurement errors are taken to be those of "{measured_like.name}".'
-    return Reference(
-        reference.control, reference.observables, measurement_errors=errors, control_name=reference.control_name, control_step=step, notes=(*reference.notes, taken)
-    )
+    return replace(reference, measurement_errors=errors, control_step=step, notes=(*reference.notes, taken))
 
 
-def settings_of(path: Path, confining_pressure: float) -> dict[str, Any]:
+def settings_of(path: Path, test: Compared) -> dict[str, Any]:
     """The settings of the model whose reference `read_comparison` takes from a calibration file; none for a laboratory file."""
-    return _in_calibration(path, confining_pressure)[0].model.given() if path.suffix == ".toml" else {}
+    return _in_calibration(path, test)[0].model.given() if path.suffix == ".toml" else {}
 
 
-def _of_calibration(path: Path, confining_pressure: float) -> Reference:
-    return _in_calibration(path, confining_pressure)[1]
+def _of_calibration(path: Path, test: Compared) -> Reference:
+    return _in_calibration(path, test)[1]
 
 
-def _in_calibration(path: Path, confining_pressure: float) -> tuple[ExperimentEntry, Reference]:
+def _in_calibration(path: Path, test: Compared) -> tuple[ExperimentEntry, Reference]:
     found = read_references(path)
-    # A model of one's own may stand for any test; of the built-in ones, a triaxial test is compared with triaxial ones.
-    found = [(entry, reference) for entry, reference in found if entry.model.kind in (TriaxialTest.kind, "python")]
+    # A model of one's own may stand for any test; of the built-in ones, a test is compared with those of its kind.
+    found = [(entry, reference) for entry, reference in found if entry.model.kind in (test.kind, "python")]
     pressures = [getattr(entry.model, "confining_pressure", None) for entry, _ in found]
-    fitting = [pair for pressure, pair in zip(pressures, found) if pressure is None or np.isclose(pressure, confining_pressure)]
+    fitting = [pair for pressure, pair in zip(pressures, found) if None in (pressure, test.confining_pressure) or np.isclose(pressure, test.confining_pressure)]
     if len(fitting) == 1:
         return fitting[0]
     there = ", ".join(f'"{entry.name}"' + (f" at {pressure:g} Pa" if pressure else "") for pressure, (entry, _) in zip(pressures, found))
     if not found:
-        raise InputError(f"{path}: a triaxial experiment was expected, to compare a triaxial test with, and there is none.")
-    raise InputError(f"{path}: one experiment at the confining pressure of {confining_pressure:g} Pa was expected, and there {'are' if len(found) > 1 else 'is'} {there}.")
+        article = "an" if test.kind[0] in "aeiou" else "a"
+        raise InputError(f"{path}: {article} {test.kind} experiment was expected, to compare {article} {test.kind} test with, and there is none.")
+    at = "" if test.confining_pressure is None else f" at the confining pressure of {test.confining_pressure:g} Pa"
+    raise InputError(f"{path}: one experiment{at} was expected, and there {'are' if len(found) > 1 else 'is'} {there}.")

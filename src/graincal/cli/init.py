@@ -4,55 +4,137 @@ from __future__ import annotations
 
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, first_and_last, named_column, signs
 from graincal.data import InputError
 from graincal.files import unwritable
 
+if TYPE_CHECKING:
+    from graincal.dem.packing import Packing
+    from graincal.laboratory import Known
 
-class Strain(str, Enum):
-    """The measures of strain that laboratories and simulations print."""
 
-    engineering = "engineering"
-    logarithmic = "logarithmic"
+class Kind(str, Enum):
+    """The kinds of tests that are read."""
+
+    triaxial = "triaxial"
+    undrained = "undrained"
+    constant_mean_stress = "constant-mean-stress"
+    oedometric = "oedometric"
+    isotropic = "isotropic"
 
 
 def init(
-    file: Annotated[Path, typer.Argument(help="A laboratory file: delimited text with a header.", metavar="lab.csv")],
-    strain: Annotated[Strain | None, typer.Option(help="The measure of its strains, if you know it.")] = None,
-    confining_pressure: Annotated[float | None, typer.Option(min=0, help="In Pa, if you know it.")] = None,
+    file: Annotated[Path, typer.Argument(help="A laboratory file: delimited text, a spreadsheet, AGS4 data.", metavar="lab.csv")],
+    strain: Measure = None,
+    confining_pressure: Annotated[float | None, typer.Option(min=0, help="The effective one, in Pa.")] = None,
+    kind: Annotated[Kind | None, typer.Option(help="The kind of test; triaxial is drained.")] = None,
+    column: Column = None,
+    stress_unit: Annotated[str | None, typer.Option(help="The unit of stresses whose headers state none, such as kPa.", metavar="UNIT")] = None,
+    compression: Compression = None,
+    stage: Stage = None,
+    rows: Rows = None,
+    sheet: Sheet = None,
+    encoding: Annotated[str | None, typer.Option(help="How the text is encoded, such as cp1251.", metavar="NAME")] = None,
     packing: Annotated[Path | None, typer.Option(help="The packing file to simulate with; without, one is prepared when the calibration is first read.", metavar="FILE")] = None,
-    void_ratio: Annotated[float | None, typer.Option(min=0, help="Of the packing that is prepared, if you know it.")] = None,
+    void_ratio: Annotated[float | None, typer.Option(min=0, help="Of the packing that is prepared.")] = None,
+    relative_density: Annotated[float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")] = None,
+    grading: Annotated[str | None, typer.Option(help="Of the packing that is prepared: toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'.")] = None,
+    particles: Annotated[int | None, typer.Option(min=2, help="Of the packing that is prepared; 1000 by default.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The calibration file to write; nothing is overwritten.", metavar="FILE")] = Path("calibration.toml"),
 ) -> None:
-    """Look at a laboratory file, show what is understood, and write a calibration file to edit.
+    """Look at a laboratory file, show what it proves, and write a calibration file to edit.
 
-    Headers are known in English, German and French; an axial strain and one observable are needed at the least.
+    What the file does not prove is a question: a key that says "?" until it is answered, in the file or by an option.
     """
     from graincal import Packing
     from graincal.cli.outputs import check_file
-    from graincal.laboratory import describe, look, propose
+    from graincal.cli.preparing import asked_preparation, check_alone, out_of_reach
+    from graincal.laboratory import NotUnderstood, describe, propose, propose_unknown, understand
+    from graincal.laboratory.describe import describe_table, list_columns
+    from graincal.laboratory.table import read_table
+
+    if confining_pressure is not None:
+        _look_at_pressure(confining_pressure)
+    check_alone(packing, void_ratio, relative_density, grading, particles)
+    known = _known(strain, confining_pressure, kind, column, stress_unit, compression, stage, rows, sheet, encoding, void_ratio)
+    grains = Packing.read(packing) if packing else None
+    check_file(output)
+    preparation = asked_preparation(relative_density, grading, particles)
+    try:
+        found = understand(file, known)
+    except NotUnderstood as refusal:
+        options = {key: value for key, value in (("encoding", known.encoding), ("sheet", known.sheet)) if value is not None}
+        table = read_table(file, **options)
+        _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
+        typer.echo("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
+        typer.echo(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
+        return
+    if grains is None and found.void_ratio is None and preparation.void_ratio is None:
+        found = asked_for_void_ratio(found)
+    _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
+    typer.echo("\n".join(describe(found)))
+    if grains:
+        typer.echo(_compared(packing, grains, found.void_ratio))
+    elif preparation.void_ratio is not None:
+        typer.echo("\n".join(preparation.because))
+    elif found.void_ratio is not None and (note := out_of_reach(found.void_ratio, preparation)):
+        typer.echo(note)
+    asked = f'Answer the {len(found.questions)} question{"s" * (len(found.questions) > 1)} where it says "?"' if found.questions else "Read the lines that say CHECK"
+    typer.echo(f"\nWritten to {output}. {asked}, then: graincal check {output}")
+
+
+def _look_at_pressure(confining_pressure: float) -> None:
+    """Say where a pressure in Pa is unusual. Raises InputError for one that cannot be."""
     from graincal.models.plausibility import impossible_pressure, unusual_pressure
 
-    if confining_pressure is not None and (doubt := impossible_pressure("--confining-pressure", confining_pressure)):
+    if doubt := impossible_pressure("--confining-pressure", confining_pressure):
         raise InputError(doubt)
-    if confining_pressure is not None and (doubt := unusual_pressure("--confining-pressure", confining_pressure)):
+    if doubt := unusual_pressure("--confining-pressure", confining_pressure):
         typer.echo(f"Note: {doubt}")
-    if packing and void_ratio is not None:
-        raise InputError("--packing has a void ratio of its own, so --void-ratio cannot stand beside it.")
-    found = look(file)
-    grains = Packing.read(packing) if packing else None
-    known = {"strain": strain and strain.value, "confining_pressure": confining_pressure, "packing": packing, "void_ratio": void_ratio}
-    text = propose(found, **known, folder=output.parent)
-    typer.echo("\n".join(describe(found, strain=known["strain"], confining_pressure=confining_pressure)))
-    if grains:
-        measured = f"; the file says {found.void_ratio:g} for the sample before shearing" if found.void_ratio else ""
-        typer.echo(f"{packing}: {grains.count} particles at a void ratio of {grains.void_ratio:.3f}{measured}.")
-    check_file(output)
+
+
+def asked_for_void_ratio(found):
+    """What was understood, with the question for a void ratio that neither the file nor a person says."""
+    from dataclasses import replace
+
+    from graincal.laboratory import Question
+
+    question = Question("void_ratio", "The file does not say the void ratio before shearing: what is it?", (), "", "--void-ratio, --relative-density, or --packing FILE")
+    return replace(found, questions=(*found.questions, question))
+
+
+def _compared(packing: Path, grains: Packing, void_ratio: float | None) -> str:
+    measured = f"; the file says {void_ratio:g} for the sample before shearing" if void_ratio else ""
+    return f"{packing}: {grains.count} particles at a void ratio of {grains.void_ratio:.3f}{measured}."
+
+
+def _write(output: Path, text: str) -> None:
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(unwritable(output, error)) from None
-    typer.echo(f"\nWritten to {output}. Edit the lines that say CHECK, then: graincal check {output}")
+
+
+def _known(strain, confining_pressure, kind, column, stress_unit, compression, stage, rows, sheet, encoding, void_ratio) -> Known:
+    from graincal.laboratory import Known
+    from graincal.laboratory.units import find_unit, known_units
+
+    if stress_unit is not None and ((unit := find_unit(stress_unit)) is None or unit.dimension != "pressure"):
+        raise InputError(f"--stress-unit is {stress_unit!r}, and one of {known_units('pressure')} was expected.")
+    return Known(
+        kind=kind and kind.value,
+        strain=strain and strain.value,
+        confining_pressure=confining_pressure,
+        void_ratio=void_ratio,
+        columns=dict(named_column(each) for each in column or ()),
+        stress_unit=stress_unit,
+        compression=signs(compression),
+        stage=stage,
+        rows=first_and_last(rows),
+        sheet=sheet,
+        encoding=encoding,
+    )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
 from graincal.cli.options import Folder, Quiet, Workers, parse_workers
 from graincal.data import InputError
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from graincal.campaign import Experiment, Result
     from graincal.campaign.prediction import Prediction
     from graincal.data import Reference
+    from graincal.laboratory.another_file import Before
     from graincal.models import StressPathTest
 
 
@@ -29,7 +31,13 @@ def predict(
     confining_pressure: Annotated[float | None, typer.Option(help="Of the predicted test, in Pa; that of the experiment by default.")] = None,
     path: Annotated[str | None, typer.Option(help="The predicted stress path: triaxial, undrained, oedometric, constant-mean-stress; that of the experiment by default.", metavar="NAME")] = None,
     experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used; the first one by default.", metavar="NAME")] = None,
-    against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, or a calibration file that reads one.", metavar="FILE")] = None,
+    against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, read as that of the experiment or by --column, or a calibration file that reads one.", metavar="FILE")] = None,
+    column: Column = None,
+    strain: Measure = None,
+    compression: Compression = None,
+    stage: Stage = None,
+    rows: Rows = None,
+    sheet: Sheet = None,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
     increment: Annotated[float, typer.Option(help="The axial strain between rows.")] = 0.004,
     samples: Annotated[int, typer.Option(min=2, help="Simulations, each of parameters drawn from the posterior.")] = 30,
@@ -42,27 +50,20 @@ def predict(
     """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
     from graincal.campaign import Result
     from graincal.campaign.prediction import predict as predict_test
-    from graincal.cli.comparison import calibrated_against
+    from graincal.campaign.reading import read_before
+    from graincal.cli.comparison import driven_as
     from graincal.cli.figures import draw_prediction
     from graincal.cli.outputs import check_outputs
-    from graincal.cli.strains import axial_strains
 
     at_once = parse_workers(workers)
     check_outputs(output, plot)
+    asked = said_of_file("--against", against, column, strain, compression, stage, rows, sheet)
     result = Result.read(folder)
     chosen = chosen_experiment(result, experiment)
     test = predicted_test(chosen, path, confining_pressure)
-    reference = _reference(against, test, chosen) if against else None
-    if reference is not None and axial_strain is not None:
-        raise InputError("--against gives the axial strains, so --axial-strain cannot stand beside it.")
-    if reference is not None:
-        at = reference.control
-    elif axial_strain is not None:
-        at = axial_strains(axial_strain, increment)
-    elif chosen.reference.control_name == test.control:
-        at = _same_rows(chosen, test)
-    else:
-        raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
+    test = driven_as(against, test) if against else test
+    reference = _reference(against, test, chosen, asked, read_before(result.calibration, chosen.name)) if against else None
+    at = _control_values(chosen, test, reference, axial_strain, increment)
     if not quiet:
         say_what_runs(result, samples, test)
     prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
@@ -75,17 +76,39 @@ def predict(
         draw_prediction(prediction, shown, reference, plot, abscissa)
     if quiet:
         return
+    _say(result, chosen, prediction, test, shown, reference)
+    for target in (output, plot):
+        if target is not None:
+            typer.echo(f"Written to {target}.")
+
+
+def _control_values(chosen: Experiment, test: StressPathTest, reference: Reference | None, axial_strain: float | None, increment: float) -> NDArray[np.float64]:
+    """Where the test is predicted (T,): at the rows of what it is compared with, up to an axial strain, or at the experiment's own rows."""
+    from graincal.cli.strains import axial_strains
+
+    if reference is not None and axial_strain is not None:
+        raise InputError("--against gives the axial strains, so --axial-strain cannot stand beside it.")
+    if reference is not None:
+        return reference.control
+    if axial_strain is not None:
+        return axial_strains(axial_strain, increment)
+    if chosen.reference.control_name == test.control:
+        return _same_rows(chosen, test)
+    raise InputError(f"--axial-strain or --against is needed: the experiment's states are of {chosen.reference.control_name}.")
+
+
+def _say(result: Result, chosen: Experiment, prediction: Prediction, test: StressPathTest, shown: tuple[str, ...], reference: Reference | None) -> None:
+    """What was predicted, and what to bear in mind of it."""
+    from graincal.cli.comparison import calibrated_against
+
     if reference is not None and (known := calibrated_against(result, reference)):
         typer.echo(f'The campaign was calibrated against this test ("{known}"): what follows says how it fits, not how it predicts.')
     if own := result.space.per_experiment:
         typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
     typer.echo("\n".join(_describe(prediction, test, shown, reference)))
-    say_if_few(samples)
+    say_if_few(len(prediction.theta) + len(prediction.failures))
     if result.has_posterior and not result.settled:
         typer.echo("The posterior has not settled by the criterion of its shift: what it predicts may yet move, too.")
-    for target in (output, plot):
-        if target is not None:
-            typer.echo(f"Written to {target}.")
 
 
 def say_what_runs(result: Result, samples: int, test: StressPathTest, name: str = "") -> None:
@@ -168,10 +191,10 @@ def _same_rows(experiment: Experiment, test: StressPathTest) -> NDArray[np.float
     return rows
 
 
-def _reference(against: Path, test: StressPathTest, experiment: Experiment) -> Reference:
-    from graincal.cli.comparison import read_comparison, say_how_it_was_read
+def _reference(against: Path, test: StressPathTest, experiment: Experiment, asked: dict[str, Any], before: Before | None) -> Reference:
+    from graincal.cli.comparison import Compared, read_comparison, say_how_it_was_read
 
-    reference = read_comparison(against, test.confining_pressure, experiment)
+    reference = read_comparison(against, Compared.of(test, experiment), experiment, asked=asked, before=before)
     say_how_it_was_read(against, reference)
     return reference
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
+from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
 from graincal.cli.strains import axial_strains
 from graincal.data import InputError
 from graincal.models import StressPathTest
@@ -125,17 +126,24 @@ def triaxial(
     confining_pressure: ConfiningPressure,
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.", show_default="0.2")] = None,
     increment: Annotated[float | None, typer.Option(help="The axial strain between the rows of the curve.", show_default="0.004")] = None,
-    at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), whose rows alone are read, or a laboratory file with graincal's own column names and logarithmic strain.", metavar="FILE")] = None,
+    at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), whose rows alone are read, or a laboratory file, by its own column names or by --column.", metavar="FILE")] = None,
+    column: Column = None,
+    strain: Measure = None,
+    compression: Compression = None,
+    stage: Stage = None,
+    rows: Rows = None,
+    sheet: Sheet = None,
 ) -> None:
     """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
-    reference = None
+    reference, asked = None, said_of_file("--at", at, column, strain, compression, stage, rows, sheet)
     if at and (axial_strain is not None or increment is not None):
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
     if at:
-        from graincal.cli.comparison import read_comparison, settings_of
+        from graincal.cli.comparison import Compared, read_comparison, settings_of
 
-        reference = read_comparison(at, confining_pressure)
-        simulation.say_what_differs(at, settings_of(at, confining_pressure))
+        test = Compared.drained(confining_pressure)
+        reference = read_comparison(at, test, asked=asked)
+        simulation.say_what_differs(at, settings_of(at, test))
     strains = reference.control if at else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
     simulation.run("triaxial", strains, reference, confining_pressure=confining_pressure)
 

@@ -176,6 +176,6 @@ class Packing:
 
 def _measured(names: list[str]) -> list[str]:
     """Those of a header's names that laboratories have for what they measure."""
-    from graincal.laboratory.quantities import guess
+    from graincal.laboratory.vocabulary import guess
 
     return [name for name in names if guess(name)[0]]

@@ -6,6 +6,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -40,6 +42,9 @@ RELEASE_RATE = 1e-3
 MANY, FEW, FAR = 2000, 500, 0.05
 """A packing of more than MANY grains takes minutes until it is known what it packs to: FEW of its grading say before whether the void ratio is further than FAR from that."""
 
+REACH_OF = 1000
+"""Grains of which the reach of a grading is found, at the most: some seconds."""
+
 _CHUNK = 200
 _MAX_CHUNKS = 1000
 _MAX_TRIALS = 12
@@ -54,6 +59,48 @@ class OutOfReach(InputError):
         self.densest, self.loosest = densest, loosest
 
 
+@dataclass(frozen=True)
+class Reach:
+    """The void ratios that spheres of a grading pack to, found of a packing of `particles`: with all the friction there is, and without any."""
+
+    densest: float
+    loosest: float
+    particles: int
+
+    def holds(self, void_ratio: float) -> bool:
+        """Whether the void ratio can be packed, within what is settled for."""
+        return self.densest - ACCEPTED <= void_ratio <= self.loosest + ACCEPTED
+
+    def void_ratio(self, relative_density: float) -> float:
+        """The void ratio at a relative density (e_max - e)/(e_max - e_min) from 0 to 1."""
+        return self.loosest - relative_density * (self.loosest - self.densest)
+
+    @property
+    def in_words(self) -> str:
+        """Such as "between 0.559 (densest) and 0.784 (loosest)"."""
+        return f"between {self.densest:.3f} (densest) and {self.loosest:.3f} (loosest)"
+
+
+def reach(particles: int, grading: str | Path | Grading | GrainSizes = "toyoura", seed: int = 1) -> Reach:
+    """What a grading packs to: that of a request of `prepare` itself up to REACH_OF particles, and of more about.
+
+    Takes seconds, and is cached as packings are. Raises InputError where so few grains of the grading make no packing.
+    """
+    grading = grading if isinstance(grading, (Grading, GrainSizes)) else Grading.named(grading)
+    count = min(particles, REACH_OF)
+    cached = _make_cache_folder() / f"{_fingerprint(count, 0.0, grading, seed)}.json"
+    if cached.exists():
+        return Reach(**json.loads(cached.read_text(encoding="utf-8")))
+    try:
+        loose = _loosest(count, 1.0, grading, seed)
+        found = Reach(loose.with_friction(0.0).void_ratio, loose.void_ratio, count)
+    except RuntimeError as error:
+        raise InputError(f"what grading {grading.name} packs to could not be found of {count} particles: {error}; more particles may do.") from error
+    with unfinished(cached) as beside:
+        beside.write_text(json.dumps({"densest": found.densest, "loosest": found.loosest, "particles": found.particles}), encoding="utf-8")
+    return found
+
+
 def prepare(particles: int, void_ratio: float, grading: str | Path | Grading | GrainSizes = "toyoura", seed: int = 1) -> Packing:
     """A packing of `particles` spheres at `void_ratio`, in a periodic cell of about 1 : 1 : 2, nearly free of stress.
 
@@ -65,11 +112,7 @@ def prepare(particles: int, void_ratio: float, grading: str | Path | Grading | G
     if not (np.isfinite(void_ratio) and void_ratio > 0):
         raise InputError(f"void_ratio must be a positive number, not {void_ratio}.")
     grading = grading if isinstance(grading, (Grading, GrainSizes)) else Grading.named(grading)
-    try:
-        _cache_folder().mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{_cache_folder()}: packings cannot be cached here ({error.strerror}); name another folder by GRAINCAL_CACHE.") from None
-    cached = _cache_folder() / f"{_fingerprint(particles, void_ratio, grading, seed)}.csv"
+    cached = _make_cache_folder() / f"{_fingerprint(particles, void_ratio, grading, seed)}.csv"
     if cached.exists():
         return Packing.read(cached)
     try:
@@ -273,16 +316,32 @@ def _cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "graincal" / "packings"
 
 
+def _make_cache_folder() -> Path:
+    folder = _cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: packings cannot be cached here ({error.strerror}); name another folder by GRAINCAL_CACHE.") from None
+    return folder
+
+
 def _fingerprint(particles: int, void_ratio: float, grading: Grading | GrainSizes, seed: int) -> str:
     request = json.dumps([PROTOCOL, particles, void_ratio, *grading.identity, seed])
     return hashlib.sha256(request.encode()).hexdigest()[:24]
 
 
 def write_whole(packing: Packing, path: Path, comment: str) -> None:
-    """Write beside the place, then move: nobody ever reads half a packing. Raises OSError where that is not possible."""
+    """Write a packing so that nobody ever reads half of it. Raises OSError where that is not possible."""
+    with unfinished(path) as beside:
+        packing.write(beside, comment)
+
+
+@contextmanager
+def unfinished(path: Path) -> Iterator[Path]:
+    """A place beside the path to write to, which is moved there once it is written. Raises OSError where that is not possible."""
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        packing.write(beside, comment)
+        yield beside
         os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)

@@ -10,25 +10,29 @@ from graincal.laboratory.units import split_header
 from graincal.suggestion import did_you_mean
 
 
-def column_index(table: Table, said: int | str, *, second: bool = False) -> int:
+class MissingColumn(InputError):
+    """A column that is meant is not in the file."""
+
+
+def column_index(table: Table, said: int | str, *, second: bool = False, quantity: str = "") -> int:
     """The index, from 0, of the column that is meant.
 
     `said` is a number from 1, or a text: an exact header; a header without its unit in brackets; for columns in groups "GROUP: NAME", "GROUP NAME" or the
     group alone, which means its first column, and with `second` its other one; a number in digits; a letter A to ZZ where no header is that.
-    Raises InputError for a column that is not there, and for what several columns answer to.
+    `quantity` is what it is read as, for messages. Raises InputError for a column that is not there, and for what several columns answer to.
     """
     if isinstance(said, bool) or not isinstance(said, (int, str)):
         raise InputError(f"{table.path}: a column is named by its header or its number, and not by {said!r}.")
     if isinstance(said, int):
         return _numbered(table, said, str(said))
-    wanted = " ".join(said.split())
+    wanted, purpose = " ".join(said.split()), f" for {quantity}" if quantity else ""
     for names in (table.header, [split_header(header)[0] for header in table.header], *_grouped(table)):
         found = [index for index, name in enumerate(names) if name and name == wanted]
         if len(found) == 1:
             return found[0]
         if found:
             raise InputError(
-                f"{table.path}: {len(found)} columns answer to '{wanted}' ({_listed(table, found)}), and a single one was expected (a column may be named by its number)."
+                f"{table.path}: {len(found)} columns answer to '{wanted}'{purpose} ({listed_columns(table, found)}), and a single one was expected (a column may be named by its number)."
             )
     if wanted and wanted in table.groups:
         return _of_group(table, wanted, second)
@@ -36,18 +40,18 @@ def column_index(table: Table, said: int | str, *, second: bool = False) -> int:
         return _numbered(table, int(wanted), wanted)
     if 1 <= len(wanted) <= 2 and wanted.isascii() and wanted.isalpha() and wanted.isupper() and (number := _letters(wanted)) <= len(table.header):
         return number - 1
-    raise missing_column(table, f"'{said}'", said)
+    raise missing_column(table, f"'{said}'{purpose}", said)
 
 
-def missing_column(table: Table, wanted: str, name: str) -> InputError:
+def missing_column(table: Table, wanted: str, name: str) -> MissingColumn:
     """That there is no column of that name, which is said as `wanted`; where no column has a name, why."""
     if not any(table.header):
         asked = next((question.sentence for question in table.questions if question.key == "columns"), "No column has a name.")
         why = asked[:1].lower() + asked[1:].rstrip(".")
-        return InputError(f"{table.path}: there is no column {wanted}, for {why}.")
+        return MissingColumn(f"{table.path}: there is no column {wanted}, for {why}.")
     meant = did_you_mean(split_header(name)[0], [split_header(header)[0] for header in table.header])
     present = ", ".join(f"'{header}'" for header in table.header if header)
-    return InputError(f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} in a calibration file says which is which).")
+    return MissingColumn(f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} in a calibration file says which is which).")
 
 
 def _grouped(table: Table) -> list[list[str]]:
@@ -62,7 +66,7 @@ def _of_group(table: Table, group: str, second: bool) -> int:
     found = [index for index, name in enumerate(table.groups) if name == group]
     if len(found) != 2:
         raise InputError(
-            f"{table.path}: the group '{group}' has {len(found)} column{'s' if len(found) > 1 else ''} ({_listed(table, found)}),"
+            f"{table.path}: the group '{group}' has {len(found)} column{'s' if len(found) > 1 else ''} ({listed_columns(table, found)}),"
             " and a pair was expected where a group stands for its columns."
         )
     return found[second]
@@ -70,7 +74,7 @@ def _of_group(table: Table, group: str, second: bool) -> int:
 
 def _numbered(table: Table, number: int, said: str) -> int:
     if not 1 <= number <= len(table.header):
-        raise InputError(f"{table.path}: there is no column {said}, and a number from 1 to {len(table.header)} was expected ({_listed(table, range(len(table.header)))}).")
+        raise MissingColumn(f"{table.path}: there is no column {said}, and a number from 1 to {len(table.header)} was expected ({listed_columns(table, range(len(table.header)))}).")
     return number - 1
 
 
@@ -81,7 +85,7 @@ def _letters(text: str) -> int:
     return number
 
 
-def _listed(table: Table, indices: Sequence[int]) -> str:
+def listed_columns(table: Table, indices: Sequence[int]) -> str:
     """Columns with their numbers, to choose from: `1 'eps1', 2 without a name`."""
     words = [f"{index + 1} {table.label(index) if table.header[index] else 'without a name'}" for index in indices]
     return ", ".join(words[:12]) + (" and more" if len(words) > 12 else "")

@@ -27,6 +27,18 @@ def first_movement(values: ArrayLike) -> float:
     return float(away[moved[0]]) if moved.size else 0.0
 
 
+def through_zero(stresses: ArrayLike) -> NDArray[np.float64]:
+    """Stresses (T,) of a path, with half of the smaller neighbour in the place of a 0 on its way: a logarithm has no 0, and the path turns around below its neighbours. Leading zeros stay."""
+    values = np.asarray(stresses, dtype=np.float64)
+    found = values.copy()
+    loaded = np.flatnonzero(values > 0)
+    for first, last in runs(values == 0):
+        before, behind = loaded[loaded < first], loaded[loaded > last]
+        if before.size:
+            found[first : last + 1] = 0.5 * min(values[before[-1]], values[behind[0]] if behind.size else np.inf)
+    return found
+
+
 def runs(chosen: ArrayLike) -> list[tuple[int, int]]:
     """The first and last index of each run of chosen rows (T,) of booleans."""
     padded = np.concatenate([[False], np.asarray(chosen, dtype=bool), [False]])

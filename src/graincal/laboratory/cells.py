@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from graincal.data import InputError
 from graincal.laboratory.numbers import decimal_mark, is_plain, part_thousands, proven_mark, reads_as_number, split_unit
-from graincal.laboratory.quantities import guess
+from graincal.laboratory.vocabulary import guess
 from graincal.laboratory.rows import SNIFFED_LINES, Row
 from graincal.laboratory.units import Unit, find_unit, split_header
 

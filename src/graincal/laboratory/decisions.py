@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+UNANSWERED = "?"
+"""The value of a key that a file does not decide."""
+
+
 @dataclass(frozen=True)
 class Decision:
     """A value that the file proves: `what` is the key of a calibration file that it stands under, `because` the proof, as the end of a sentence."""
@@ -14,7 +18,8 @@ class Decision:
     because: str
 
     def __str__(self) -> str:
-        return f"{self.what} = {self.value}, because {self.because}."
+        value = self.value if any(map(str.isalnum, self.value)) else f'"{self.value}"'
+        return f"{self.what} = {value}, because {self.because}."
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 from graincal.data import InputError
 from graincal.laboratory.numbers import reads_as_number
-from graincal.laboratory.quantities import guess
+from graincal.laboratory.vocabulary import guess
 from graincal.laboratory.rows import SNIFFED_LINES, SPACE, Grid, Row, comment_text, shape, split, words
-from graincal.laboratory.units import find_unit
+from graincal.laboratory.units import find_unit, split_header
 
 LINES_ABOVE = 200
 """So many lines above the numbers are looked at."""
@@ -123,6 +123,8 @@ def _are_units(cells: Sequence[str]) -> bool:
     units = sum(find_unit(cell.strip("[]()")) is not None for cell in filled)
     if not units and len(filled) < 2:
         return False
+    if any(find_unit(unit or "?") is not None and find_unit(name) is None for name, unit in map(split_header, filled)):
+        return False  # names that go on, with their units behind them
     bracketed = all(cell[0] in "[(" and cell[-1] in ")]" for cell in filled)
     return bracketed or (2 * units >= len(filled) and not any(find_unit(cell.strip("[]()")) is None and known([cell]) for cell in filled))
 
@@ -145,9 +147,10 @@ def _ways(line: _Line, delimiter: str, width: int, widest: int) -> Iterator[tupl
         re.split(r"\s*[;,]\s*", text),
         re.split(r"(?<!/)\s+(?![\[(/])", text),
     )
-    for cells in apart if text else ():
+    for way, cells in enumerate(apart if text else ()):
         cells = tuple(cell.strip().strip('"') for cell in cells)
-        if len(cells) == width and cells != line.cells:
+        # A remark may have as many words as there are columns.
+        if len(cells) == width and cells != line.cells and (way in (1, 2) or delimiter == SPACE or known(cells)):
             yield cells, False
 
 

@@ -1,175 +1,156 @@
-"""What was seen of a laboratory file, said in words, and written as a calibration to edit."""
+"""A calibration file for a laboratory file: what it proves is written, what it does not prove is a question."""
 
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from graincal.data import InputError, ParameterSpace
+from graincal.data import ParameterSpace
 from graincal.inference import DEFAULT_METHOD
 from graincal.laboratory.backbone import say_lines
-from graincal.laboratory.look import STRESS_NAMES, LaboratoryColumn, LaboratoryFile
-from graincal.laboratory.quantities import LARGEST_STRESS_RATIO, STRAINS, STRESS_MEASURES, unsheared
-from graincal.laboratory.units import UNITS
+from graincal.laboratory.decisions import UNANSWERED
+from graincal.laboratory.describe import describe, describe_table, list_columns
+from graincal.laboratory.quantities import STRAINS, STRESS_FORMS, VOID_RATIOS
+from graincal.laboratory.stresses import weights
+from graincal.laboratory.table import Table
+from graincal.laboratory.understanding import Understanding
+from graincal.laboratory.understanding.strains import of_void_ratio, void_ratio_of
 
-_DELIMITER_WORDS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "white space"}
+VOID_RATIO_ERROR = 0.001
+STRAIN_RESOLVED, STRESS_RESOLVED = 1e-4, 1e3
+"""What laboratories resolve, about: of strains as fractions, by gauges of height and volume; of stresses in Pa, by load cells and pressure transducers."""
+
+_OF_STRESSES = {"deviatoric_stress": ("deviator_stress",), "excess_pore_pressure": ("pore_pressure", "lateral_stress")}
+"""Observables, and the stresses that give them."""
+_ERRORS = (
+    (("stress_ratio",), "1 % of each stress ratio"),
+    (STRAINS, f"1 % of the largest strain, and {100 * STRAIN_RESOLVED:g} % of strain at the least"),
+    (tuple(_OF_STRESSES), f"1 % of the largest stress in Pa, and {STRESS_RESOLVED / 1e3:g} kPa at the least"),
+    (("void_ratio",), f"{VOID_RATIO_ERROR:g} of the void ratio"),
+)
+"""Observables, and what is said of their errors."""
 _MEANINGS = {
-    "deviator_stress": "q = σ1 - σ3, with the confining pressure above",
-    "axial_stress": "the effective σ1, with the confining pressure above",
-    "deviator_to_mean_stress": "q/p, in triaxial compression",
+    "deviator_stress": "The stress ratio is computed from q = σ1 - σ3, with the confining pressure above.",
+    "axial_stress": "The stress ratio is computed from the effective σ1, with the confining pressure above.",
+    "half_difference_stress": "The stress ratio is computed from t = (σ1 - σ3)/2, with the confining pressure above.",
+    "deviator_to_mean_stress": "The stress ratio is computed from q/p, in triaxial compression.",
 }
 
 
-def describe(file: LaboratoryFile, *, strain: str | None = None, confining_pressure: float | None = None) -> list[str]:
-    """What was understood of a file, in lines for a terminal; what the user knows of it besides needs no warning."""
-    contradictions = _contradictions(file, strain, confining_pressure)
-    file = replace(file, strain_measure=strain or file.strain_measure, confining_pressure=confining_pressure or file.confining_pressure)
-    mark = " with a byte order mark" if file.byte_order_mark else ""
-    point = "decimal comma" if file.decimal == "," else "decimal point"
-    lines = [
-        f"{file.path}: {file.rows} rows, columns separated by {_DELIMITER_WORDS[file.delimiter]}, {point}, {file.encoding}{mark}.",
-        f"The names of the columns stand on line {file.header_line}. Understood:",
-    ]
-    used = file.reference
-    lines += [f"  {quantity}: {_describe_column(column)}" for quantity, column in used.items()]
-    others = [column for column in file.columns if column not in used.values() and column.header]
-    if others:
-        names = [f"'{column.header}'" + (f" ({said})" if (said := column.quantity or column.unusable) else "") for column in others]
-        lines.append(f"Left out: {', '.join(names)}.")
-    return lines + contradictions + _warnings(file)
+@dataclass(frozen=True)
+class Preparation:
+    """A packing to prepare. grading: a name that is known, or a file.
 
+    void_ratio: another one than the sample's, that stands for it; because: the lines that say why. The void ratio is then not compared, but how much the volume has changed.
+    """
 
-def _contradictions(file: LaboratoryFile, strain: str | None, confining_pressure: float | None) -> list[str]:
-    """Where the user says something else than the file."""
-    said = []
-    if strain and file.strain_measure and strain != file.strain_measure:
-        said.append(f"The file speaks of {file.strain_measure} strain, and you of {strain} strain: yours is taken.")
-    if confining_pressure and file.confining_pressure and not math.isclose(confining_pressure, file.confining_pressure, rel_tol=0.01):
-        said.append(f"The file says a confining pressure of {file.confining_pressure:g} Pa, and you {confining_pressure:g} Pa: yours is taken.")
-    return said
+    particles: int = 1000
+    grading: str = "toyoura"
+    void_ratio: float | None = None
+    because: tuple[str, ...] = ()
+    grading_is_file: bool = False
 
-
-def _describe_column(column: LaboratoryColumn) -> str:
-    words = [f"column '{column.header}'", f"{column.range[0]:g} to {column.range[1]:g}{'' if column.unit == '-' else ' ' + column.unit}"]
-    if column.unit_is_guessed:
-        words.append("a plain number to judge by its values" if column.unit == "-" else f"{column.unit} to judge by its values")
-    if column.compression == "negative":
-        words.append("compression seems negative")
-    if column.gaps:
-        words.append(f"no number on {say_lines(column.gaps)}")
-    return ", ".join(words)
-
-
-def _warnings(file: LaboratoryFile) -> list[str]:
-    """What a person has to know before trusting the columns."""
-    strain, stress = file.column("axial_strain"), file.column("stress_ratio")
-    warnings = [f"Column '{column.header}', {said}." for column in file.reference.values() for said in column.refused[:3]]
-    if not set(STRESS_NAMES) & set(file.reference):
-        warnings.append("No column of a stress is understood, so that only the volumetric strain would be compared: a calibration without a stress says little.")
-    if said := _doubt_of_stress(file):
-        warnings.append(said)
-    if file.loops:
-        warnings.append(f"The axial strain turns back at {say_lines(file.loops)}: unload-reload loops, of which the backbone is kept.")
-    if file.standstills:
-        warnings.append(f"The axial strain stands still at {say_lines(file.standstills)}: these rows are dropped.")
-    if strain is not None and file.strain_measure is None:
-        warnings.append(f"Engineering or logarithmic strain cannot be seen from the numbers: find out which it is.{_difference(strain)}")
-    if strain is not None and strain.unit == "%" and not strain.unit_is_guessed and max(map(abs, strain.range)) < 0.5:
-        warnings.append(f"'{strain.header}' says %, and its values look like fractions.")
-    if stress is not None and stress.range[0] < 0.5:
-        warnings.append(f"'{stress.header}' starts near {stress.range[0]:g}, where σ1/σ3 starts at 1: it may be q/p or a stress.")
-    if file.confining_pressure is None:
-        warnings.append("The file does not say the confining pressure.")
-    return warnings
-
-
-def _doubt_of_stress(file: LaboratoryFile) -> str | None:
-    """What is to be said of a stress whose ratio stays at 1, or is beyond that of any soil."""
-    name = next((name for name in STRESS_NAMES if name in file.reference), None)
-    if name is None:
-        return None
-    column, measure = file.reference[name], STRESS_MEASURES.get(name)
-    ends = np.sort(np.array(column.range) * UNITS[column.unit].factor * (-1.0 if column.compression == "negative" else 1.0))
-    at = ""
-    if measure is not None and measure.needs_confining_pressure:
-        if not file.confining_pressure:
-            return None
-        at = f" at {file.confining_pressure:g} Pa"
-    elif measure is not None and ends[-1] >= 3.0:  # q/p without a lateral stress: refused when it is read
-        return None
-    low, high = ends if measure is None else measure.ratio(ends, file.confining_pressure)
-    if high > LARGEST_STRESS_RATIO:
-        return f"'{column.header}'{at}: the stress ratio reaches {high:.3g}, which no soil does: the unit of the stress or the confining pressure is another."
-    return f"'{column.header}'{at}: {said}" if (said := unsheared(float(low), float(high))) else None
-
-
-def _difference(strain: LaboratoryColumn) -> str:
-    """What the measure of strain changes, at the largest axial strain; and what is proposed."""
-    largest = max(map(abs, strain.range)) * UNITS[strain.unit].factor
-    taken = "The proposal says engineering, as most laboratories print"
-    return f" {taken}: {100 * largest:.3g} % then means {-100 * math.log1p(-largest):.3g} % logarithmic." if largest < 1 else f" {taken}."
+    def table(self, void_ratio: float | str, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
+        """Its keys in a calibration file of the folder."""
+        grading = _packing(self.grading, folder) if self.grading_is_file else self.grading
+        return {"particles": self.particles, "void_ratio": void_ratio, "grading": grading, "seed": 1}
 
 
 def propose(
-    file: LaboratoryFile,
+    found: Understanding,
     *,
-    strain: str | None = None,
-    confining_pressure: float | None = None,
     packing: str | os.PathLike[str] | None = None,
-    void_ratio: float | None = None,
     folder: str | os.PathLike[str] | None = None,
     space: ParameterSpace | None = None,
+    preparation: Preparation = Preparation(),
 ) -> str:
     """The text of a complete calibration.toml, to be checked and edited.
 
-    `strain`, `confining_pressure` (Pa), `packing` (a packing file) and `void_ratio` are what the user knows beyond the file; `folder` is where the calibration file will stand (default:
+    `packing` (a packing file) is what the user has, `preparation` what is prepared where there is none; `folder` is where the calibration file will stand (default:
     beside the laboratory file); `space` the parameters (default: those of Hartmann, Cheng, Thornton, 2022).
-    Lines that rest on a guess say CHECK. Raises InputError where the axial strain is not recognised among the headers, or no observable is.
+    What the laboratory file does not decide is a key with the value "?", and a comment above it that asks.
     """
-    _refuse_strange(file)
-    space = space or ParameterSpace.paper()
-    observables = ["stress_ratio" if quantity in STRESS_NAMES else quantity for quantity in file.reference if quantity != "axial_strain"]
+    if packing is None and preparation.void_ratio is not None:
+        found = replace(found, observables=tuple("volumetric_strain" if name == "void_ratio" else name for name in found.observables))
     blocks = [
-        _introduction(file, strain, confining_pressure),
-        _parameters(space),
-        "\n".join([*_experiment(file, observables), *_model(file, confining_pressure, _grains(file, void_ratio) if packing is None else _packing(packing, folder))]),
-        _reference(file, strain, folder),
-        f'[filter]\n# "iterative-bayesian" is the method of Hartmann, Cheng, Thornton (2022): more runs, and no probabilities.\nmethod = "{DEFAULT_METHOD}"',
-        "[stop]\n# It ends where the posterior has settled. A limit of your own ends it sooner; graincal resume goes on with more:\n# max_evaluations = 300",
-        '[run]\nworkers = "all"\nseed    = 1',
+        _introduction([*describe(_by_name(found))]),
+        _parameters(space or ParameterSpace.paper()),
+        "\n".join([*_experiment(found), *_model(found, packing, folder, preparation)]),
+        _reference(found, folder),
+        *_settings(),
     ]
     return "\n\n".join(blocks) + "\n"
 
 
-def _refuse_strange(file: LaboratoryFile) -> None:
-    found = file.reference
-    if "axial_strain" in found and len(found) > 1:
-        return
-    if reasons := [f"'{column.header}' would be {column.unusable}" for column in file.columns if column.unusable]:
-        wanted = "an axial strain and a stress or a volumetric strain"
-        raise InputError(f"{file.path}: {wanted} are needed, and not all are there: {'; '.join(reasons)}.")
-    lacking = "a stress or a volumetric strain" if "axial_strain" in found else "an axial strain" if found else "an axial strain, a stress or a volumetric strain"
-    present = ", ".join(f"'{column.header}'" for column in file.columns if column.header)
-    raise InputError(
-        f"{file.path}: none of the headers {present} is known as {lacking}, and names such as 'axial_strain [%]', 'volumetric_strain [%]' and "
-        "'deviator_stress [kPa]' or 'stress_ratio' were expected."
-    )
-
-
-def _introduction(file: LaboratoryFile, strain: str | None, confining_pressure: float | None) -> str:
-    lines = [
-        "A calibration proposed from a laboratory file. Lines that say CHECK rest on a guess: confirm or correct each, then run graincal check.",
-        "",
-        "What was understood:",
-        *("  " + line for line in describe(replace(file, path=Path(file.path).name), strain=strain, confining_pressure=confining_pressure)),
+def propose_unknown(
+    table: Table,
+    *,
+    packing: str | os.PathLike[str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    space: ParameterSpace | None = None,
+    preparation: Preparation = Preparation(),
+) -> str:
+    """As `propose`, for a file whose columns are not known: they are listed, and which is which is asked."""
+    name = Path(table.path).name if folder is None else _relative(table.path, folder)
+    shown = replace(table, path=Path(table.path).name)
+    void_ratio = UNANSWERED if preparation.void_ratio is None else preparation.void_ratio
+    grains = {"packing": _packing(packing, folder)} if packing else preparation.table(void_ratio, folder)
+    model = {"kind": "triaxial", **grains, "confining_pressure": UNANSWERED}
+    blocks = [
+        _introduction([*describe_table(shown), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]),
+        _parameters(space or ParameterSpace.paper()),
+        "\n".join(
+            [
+                "[[experiment]]",
+                f"name        = {_quote(Path(table.path).stem)}",
+                'control     = "axial_strain"',
+                "observables = { stress_ratio = { relative_error = 0.01 }, volumetric_strain = { measurement_error = 0.001 } }",
+                *(f"# {line}" for line in preparation.because),
+                f"model       = {_inline(model)}",
+            ]
+        ),
+        "\n".join(
+            [
+                "[experiment.reference]",
+                f"file        = {_quote(name)}",
+                "# Which columns are these: numbers as above, or names? Take out what the file has not.",
+                f'columns     = {{ axial_strain = "{UNANSWERED}", deviator_stress = "{UNANSWERED}", volumetric_strain = "{UNANSWERED}" }}',
+                '# In which units: "%", "-", "kPa", "MPa", "psi", ...',
+                f'units       = {{ axial_strain = "{UNANSWERED}", deviator_stress = "{UNANSWERED}", volumetric_strain = "{UNANSWERED}" }}',
+                '# "engineering" or "logarithmic"',
+                f'strain      = "{UNANSWERED}"',
+                '# "positive" or "negative": the sign of compression',
+                f'compression = "{UNANSWERED}"',
+            ]
+        ),
+        *_settings(),
     ]
-    return "\n".join(f"# {line}".rstrip() for line in lines)
+    return "\n\n".join(blocks) + "\n"
+
+
+def _by_name(found: Understanding) -> Understanding:
+    """With the file's name in place of its path."""
+    return replace(found, table=replace(found.table, path=Path(found.table.path).name))
+
+
+def _introduction(lines: list[str]) -> str:
+    head = ['A calibration proposed from a laboratory file. Keys that say "?" are questions: answer each, then run graincal check. Lines that say CHECK rest on what is usual.', "", "What was understood:"]
+    return "\n".join(f"# {line}".rstrip() for line in [*head, *("  " + line for line in lines)])
+
+
+def _settings() -> list[str]:
+    return [
+        f'[filter]\n# "iterative-bayesian" is the method of Hartmann, Cheng, Thornton (2022): more runs, and no probabilities.\nmethod = "{DEFAULT_METHOD}"',
+        "[stop]\n# It ends where the posterior has settled. A limit of your own ends it sooner; graincal resume goes on with more:\n# max_evaluations = 300",
+        '[run]\nworkers = "all"\nseed    = 1',
+    ]
 
 
 def _parameters(space: ParameterSpace) -> str:
@@ -180,77 +161,139 @@ def _parameters(space: ParameterSpace) -> str:
     return "\n".join(lines)
 
 
-def _experiment(file: LaboratoryFile, observables: list[str]) -> list[str]:
-    errors = ", ".join(f"{name} = {{ {_error(file, name)} }}" for name in observables)
+def _experiment(found: Understanding) -> list[str]:
+    errors = ", ".join(f"{name} = {{ {_error(found, name)} }}" for name in found.observables)
+    said = [words for names, words in _ERRORS if any(name in names for name in found.observables)]
     return [
         "[[experiment]]",
-        f"name        = {_quote(Path(file.path).stem)}",
-        'control     = "axial_strain"',
-        "# CHECK the errors of the measurement, as standard deviations: 1 % of each value, or of a strain's peak. Intervals of the parameters are about in proportion to them.",
+        f"name        = {_quote(Path(found.table.path).stem)}",
+        f"control     = {_quote(found.control)}",
+        f"# CHECK the errors of the measurement, as standard deviations: {'; '.join(said)}. Intervals of the parameters are about in proportion to them.",
         "# Add step = ... (of the display, or to which a curve was read from paper).",
         f"observables = {{ {errors} }}",
     ]
 
 
-def _error(file: LaboratoryFile, name: str) -> str:
-    """An error of 1 %, to be corrected: of each value, or where an observable crosses zero, of the largest."""
-    column = file.reference.get(name)
-    peak = 0.0 if column is None else max(map(abs, column.range)) * UNITS[column.unit].factor
-    return f"measurement_error = {0.01 * peak:.1g}" if name in STRAINS and peak > 0 else "relative_error = 0.01"
+def _error(found: Understanding, name: str) -> str:
+    """An error of 1 %, to be corrected: of each value, or where an observable crosses zero of the largest, and then not below what laboratories resolve."""
+    if name in ("stress_ratio", "void_ratio"):
+        return "relative_error = 0.01" if name == "stress_ratio" else f"measurement_error = {VOID_RATIO_ERROR:g}"
+    smallest = STRAIN_RESOLVED if name in STRAINS else STRESS_RESOLVED
+    error = np.format_float_positional(float(f"{max(0.01 * _peak(found, name), smallest):.1g}"), trim="-")
+    return f"measurement_error = {error}"
 
 
-def _model(file: LaboratoryFile, confining_pressure: float | None, grains: tuple[list[str], str]) -> list[str]:
-    """The lines of the model: `grains` are remarks and keys of its packing."""
-    if confining_pressure:
-        pressure = "as you gave it"
-    else:
-        pressure = "as the file says" if file.confining_pressure else "CHECK, not found in the file, this is only a usual value"
-    remarks, keys = grains
-    return [
-        f"# The confining pressure in Pa: {pressure}.",
-        *(f"# {remark}" for remark in remarks),
-        f'model       = {{ kind = "triaxial", {keys}, confining_pressure = {confining_pressure or file.confining_pressure or 1e5:.6g} }}',
-    ]
+def _peak(found: Understanding, name: str) -> float:
+    """The largest value of an observable, about, as a fraction or in Pa; 0 where it follows from no column that is read."""
+    values = _stress_like(found, name) if name in _OF_STRESSES else _values(found, name)
+    if values is None and name == "volumetric_strain" and found.sample_volume and (change := _values(found, "volume_change")) is not None:
+        values = change / found.sample_volume
+    if values is None and name == "volumetric_strain" and (ratio := next((column for column in found.seen if column.place in (found.columns.get(each) for each in VOID_RATIOS)), None)):
+        known = void_ratio_of(ratio.quantity, ratio.values[~np.isnan(ratio.values)])
+        values = None if known is None else of_void_ratio(known, "logarithmic")
+    values = np.empty(0) if values is None else values[~np.isnan(values)]
+    return float(np.max(np.abs(values))) if values.size else 0.0
 
 
-def _grains(file: LaboratoryFile, void_ratio: float | None) -> tuple[list[str], str]:
+def _stress_like(found: Understanding, name: str) -> NDArray[np.float64] | None:
+    """The deviator stress or the excess pore pressure (T,) in Pa, about, from whichever columns of stresses are read; None where they do not give it."""
+    if (own := _values(found, name)) is not None:
+        return own
+    forms, columns = [], []
+    for stress in (stress for stress in STRESS_FORMS if stress in found.columns):
+        forms.append(STRESS_FORMS[stress])
+        columns.append(_values(found, stress))
+    # A pore pressure that no column has is what the effective lateral stress loses.
+    for wanted in _OF_STRESSES[name]:
+        if forms and (by := weights(STRESS_FORMS[wanted], forms)) is not None:
+            values = by @ np.stack(columns)
+            known = values[~np.isnan(values)]
+            return values - known[0] if name == "excess_pore_pressure" and known.size else values
+    return None
+
+
+def _values(found: Understanding, quantity: str) -> NDArray[np.float64] | None:
+    """The values (T,) of a quantity that is read from columns of its own, as fractions or in Pa; of several columns their sum."""
+    place = found.columns.get(quantity)
+    columns = [column for column in found.seen if place is not None and column.place in (place if isinstance(place, list) else [place])]
+    return np.sum([column.plain for column in columns], axis=0) if columns else None
+
+
+def _asks(found: Understanding, *keys: str) -> list[str]:
+    """The questions under keys, as comments."""
+    return [f"# {question.sentence}" + (f' One of: {", ".join(map(_quote, question.answers))}.' if question.answers else "") + (f" Likely: {_quote(question.proposed)}." if question.proposed else "") for question in found.questions if question.key in keys or question.key.split(".")[0] in keys]
+
+
+def _model(found: Understanding, packing: str | os.PathLike[str] | None, folder: str | os.PathLike[str] | None, preparation: Preparation) -> list[str]:
+    """The lines of the model, with its packing."""
+    remarks, grains = ([], {"packing": _packing(packing, folder)}) if packing is not None else _grains(found, folder, preparation)
+    keys: dict[str, Any] = {"kind": found.kind, **grains}
+    asked = {question.key for question in found.questions}
+    keys["confining_pressure"] = UNANSWERED if "confining_pressure" in asked else found.confining_pressure
+    if found.turns:
+        keys["turns"] = list(found.turns)
+    said = [] if "confining_pressure" in asked else ["# The confining pressure in Pa: " + ("as you gave it." if found.known.confining_pressure else "as the file says.")]
+    return [*_asks(found, "kind", "confining_pressure", "void_ratio"), *said, *remarks, f"model       = {_inline(keys)}"]
+
+
+def _grains(found: Understanding, folder: str | os.PathLike[str] | None, preparation: Preparation) -> tuple[list[str], dict[str, Any]]:
     """A packing to prepare."""
-    said = "as you gave it" if void_ratio else "as the file says" if file.void_ratio else "CHECK, that of Toyoura sand in the published tests"
+    asked = any(question.key == "void_ratio" for question in found.questions)
+    said = "as you gave it" if found.known.void_ratio else "as the file says" if found.void_ratio else "asked"
+    void_ratio = preparation.void_ratio or (UNANSWERED if asked or not found.void_ratio else found.void_ratio)
+    grading = "as you gave it." if preparation.grading != Preparation.grading else "CHECK, that of Toyoura sand unless you give another."
     remarks = [
-        f"The void ratio before shearing: {said}. The grading: CHECK, that of Toyoura sand unless you give another.",
-        "More particles are closer to the sand and cost in proportion.",
+        *(f"# {line}" for line in preparation.because or (f"The void ratio before shearing: {said}.",)),
+        f"# The grading: {grading}",
+        "# More particles are closer to the sand and cost in proportion.",
     ]
-    return remarks, f'particles = 1000, void_ratio = {void_ratio or file.void_ratio or 0.68:g}, grading = "toyoura", seed = 1'
+    return remarks, preparation.table(void_ratio, folder)
 
 
-def _packing(packing: str | os.PathLike[str], folder: str | os.PathLike[str] | None) -> tuple[list[str], str]:
-    """A packing that is there."""
-    return ["The packing: as you gave it."], f"packing = {_quote(str(packing) if folder is None else _relative(packing, folder))}"
+def _packing(packing: str | os.PathLike[str], folder: str | os.PathLike[str] | None) -> str:
+    return str(packing) if folder is None else _relative(packing, folder)
 
 
-def _reference(file: LaboratoryFile, strain: str | None, folder: str | os.PathLike[str] | None) -> str:
-    path = Path(file.path)
-    name = path.name if folder is None else _relative(path, folder)
-    found = file.reference
-    guessed = [quantity for quantity, column in found.items() if column.unit_is_guessed]
-    lines = ["[experiment.reference]", f"file        = {_quote(name)}"]
-    for measure in set(found) & set(STRESS_MEASURES):
-        lines.append(f"# The stress ratio is computed from the {measure.replace('_', ' ')} ({_MEANINGS[measure]}).")
-    lines.append(f"columns     = {_inline({quantity: column.header for quantity, column in found.items()})}")
-    lines.append(f"# CHECK: the unit of {', '.join(guessed)} is guessed from the values." if guessed else "# As the file says:")
-    lines.append(f"units       = {_inline({quantity: column.unit for quantity, column in found.items() if column.unit})}")
-    if strain is None and file.strain_measure is None:
-        lines.append('# CHECK: cannot be seen from the file; laboratories mostly print "engineering", simulations "logarithmic" strain.')
-    lines.append(f"strain      = {_quote(strain or file.strain_measure or 'engineering')}")
-    if signs := {quantity: column.compression for quantity, column in found.items() if column.compression}:
-        lines.append("# CHECK: guessed from the values, the volumetric strain from its first movement being contraction.")
-        lines.append(f"compression = {_inline(signs)}")
-    if file.loops:
-        lines.append(f"# The axial strain turns back at {say_lines(file.loops)}: the backbone is kept.")
-        lines.append('unloading   = "drop"')
-    lines.append("# Once a shear band has formed, strains are no longer those of the sample. The last axial strain to compare, as a logarithmic fraction:")
-    lines.append("# until       = 0.1")
+def _reference(found: Understanding, folder: str | os.PathLike[str] | None) -> str:
+    path, known = Path(found.table.path), found.known
+    lines = ["[experiment.reference]", f"file        = {_quote(path.name if folder is None else _relative(path, folder))}"]
+    if found.table.sheet and known.sheet is not None:
+        lines.append(f"sheet       = {_value(known.sheet)}")
+    lines += _asks(found, "encoding")
+    if known.encoding is not None or any(question.key == "encoding" for question in found.questions):
+        lines.append(f"encoding    = {_quote(known.encoding or UNANSWERED)}")
+    if found.stage is not None:
+        lines.append(f"stage       = {_quote(found.stage)}")
+    if known.rows is not None:
+        lines.append(f"rows        = [{known.rows[0]}, {known.rows[1]}]")
+    if found.zero:
+        lines += ["# Strains count from the first row that is read.", f"zero        = {json.dumps(list(found.zero))}"]
+    if found.control != "position":
+        lines += [f"# {_MEANINGS[name]}" for name in found.columns if name in _MEANINGS and "stress_ratio" in found.observables and len(_stresses(found)) == 1]
+    lines.append(f"columns     = {_inline(found.columns)}")
+    lines += [*_asks(found, "units"), f"units       = {_inline(found.units)}"]
+    if found.strain:
+        lines += [*_asks(found, "strain"), f"strain      = {_measure(found.strain)}"]
+    if found.compression:
+        lines += [*_asks(found, "compression"), f"compression = {_inline(found.compression)}"]
+    for key, size, unit in (("sample_volume", found.sample_volume, "m3"), ("sample_height", found.sample_height, "m")):
+        if size:
+            lines += [f"# Of the sample when its change is 0, in {unit}, as the file says.", f"{key} = {size:.8g}"]
+    if found.loops:
+        lines += [f"# The control turns back at {say_lines(found.loops)}: the backbone is kept.", 'unloading   = "drop"']
+    if found.control in ("axial_strain", "axial_extension"):
+        lines += ["# Once a shear band has formed, strains are no longer those of the sample. The last axial strain to compare, as a logarithmic fraction:", "# until       = 0.1"]
     return "\n".join(lines)
+
+
+def _stresses(found: Understanding) -> list[str]:
+    return [name for name in found.columns if name.endswith("stress") or name == "pore_pressure"]
+
+
+def _measure(strain: Mapping[str, str]) -> str:
+    """One word where all strains have the same measure."""
+    words = set(strain.values())
+    return _quote(words.pop()) if len(words) == 1 else _inline(strain)
 
 
 def _relative(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> str:
@@ -260,8 +303,16 @@ def _relative(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> s
     return Path(os.path.relpath(Path(path).absolute(), Path(folder).absolute())).as_posix()
 
 
-def _inline(table: Mapping[str, str]) -> str:
-    return "{ " + ", ".join(f"{key} = {_quote(value)}" for key, value in table.items()) + " }"
+def _inline(table: Mapping[str, Any]) -> str:
+    return "{ " + ", ".join(f"{key} = {_value(value)}" for key, value in table.items()) + " }"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return _quote(value)
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    return str(value) if isinstance(value, int) else f"{value:.8g}"
 
 
 def _quote(text: str) -> str:

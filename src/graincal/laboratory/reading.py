@@ -11,10 +11,17 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError, MeasurementError, Reference
 from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
-from graincal.laboratory.columns import LARGEST_FRACTION, Column, Conventions, find_column, missing_column, read_columns, refuse_mixed_units, to_plain
-from graincal.laboratory.quantities import DIMENSIONS, LARGEST_STRESS_RATIO, OBSERVABLES, SIGNED, STRAINS, STRESS_MEASURES, did_you_mean_observable
+from graincal.laboratory.columns import LARGEST_FRACTION, Column, Conventions, Key, Place, read_columns, refuse_mixed_units, to_plain
+from graincal.laboratory.loading_path import rows_of_path, source_of
+from graincal.laboratory.quantities import DIMENSIONS, OBSERVABLES, SIGNED, STRAINS, STRESS_FORMS, STRESS_MEASURES, VOID_RATIOS
+from graincal.laboratory.sources import EXTENSION, Source, instead, refuse_contradictions
+from graincal.laboratory.stages import choose_rows
+from graincal.laboratory.stresses import WANTED
 from graincal.laboratory.table import Table, read_table
 from graincal.laboratory.units import split_header
+from graincal.laboratory.vocabulary import did_you_mean_observable
+from graincal.positions import POSITION
+from graincal.suggestion import did_you_mean
 
 
 def read_reference(
@@ -22,28 +29,42 @@ def read_reference(
     control: str = "axial_strain",
     observables: Sequence[str] | Mapping[str, float] = ("stress_ratio", "volumetric_strain"),
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Mapping[str, Place] | None = None,
     units: Mapping[str, str] | None = None,
     strain: str | Mapping[str, str] | None = None,
     compression: str | Mapping[str, str] = "positive",
     unloading: str | None = None,
     until: float | None = None,
     confining_pressure: float | None = None,
+    turns: Sequence[float] | None = None,
     measurement_errors: Mapping[str, MeasurementError | float] | None = None,
     control_step: float | None = None,
     simulated: bool = False,
+    stage: str | int | None = None,
+    rows: Sequence[int] | None = None,
+    zero: Sequence[str] = (),
+    sample_volume: float | None = None,
+    sample_height: float | None = None,
+    sheet: str | int | None = None,
+    encoding: str | None = None,
 ) -> Reference:
-    """Read a laboratory file: delimited text with a header, in the order of the test.
+    """Read a laboratory file: delimited text, a spreadsheet or AGS4 data, in the order of the test.
 
     The file's delimiter, decimal mark and encoding are found out; what its columns mean is not guessed. A quantity is read from the column that
     `columns` names for it, or else from the one whose header is exactly its name, with or without a unit: `axial_strain [%]`.
 
     control, observables
-        What the reference compares on and what it compares. A mapping gives each observable's variance share.
+        What the reference compares on and what it compares. A mapping gives each observable's variance share. The control `axial_extension` is minus
+        the axial strain; `position` is that along a path of loading and unloading: the sum of |Δ ln σ| of the axial stress, or the mean stress, from
+        `confining_pressure` on. Rows without stress have no position and are left out.
     columns
-        Quantity -> header, with or without the header's unit. Beside the names in `control` and `observables`, the stress ratio σ1/σ3 may be
+        Quantity -> header, with or without the header's unit, or the group above it with it; or the column's number, from 1, or its letter; or, for a strain,
+        a list of columns that are summed. Beside the names in `control` and `observables`, the stress ratio σ1/σ3 may be
         given as `deviator_stress` (q = σ1 - σ3), as the effective `axial_stress` (σ1), both with `confining_pressure`, or as
-        `deviator_to_mean_stress` (q/p, triaxial compression).
+        `deviator_to_mean_stress` (q/p, triaxial compression). Two effective stresses of `axial_stress`, `lateral_stress`, `mean_stress` (Cambridge p),
+        `half_sum_stress` and `half_difference_stress` (MIT s and t) and `deviator_stress`, or total ones (`total_axial_stress`, ...) with `pore_pressure`,
+        give the stress ratio row by row, and `deviatoric_stress`, `mean_stress`, `lateral_stress`. `excess_pore_pressure` may be given as `pore_pressure`, less its
+        first value; the void ratio as `porosity` or `specific_volume`; strains as `volume_change` or `axial_displacement` with the sample's volume or height.
     units
         Quantity -> unit, where the header has none or a wrong one. Without any, a strain or ratio is a fraction; a stress must have one.
     strain, compression
@@ -55,42 +76,48 @@ def read_reference(
         The last control that is compared, above 0, as the reference has it: a logarithmic strain, positive in compression, or Pa. The test ends for graincal
         where the control first exceeds it, as where a shear band has formed; what follows, unloading too, is left out. None keeps all.
     confining_pressure
-        Pa; the constant lateral stress. Used only to make a stress ratio of q or σ1.
+        Pa; the constant lateral stress, or that from which a position counts. Used only to make a stress ratio of q or σ1, and positions.
+    turns
+        Pa; the stresses at which a path that a position counts along is said to turn around: another path in the file is refused. None for any.
     measurement_errors
         Observable -> `MeasurementError`, or its standard deviation, in the reference's own units: fractions, σ1/σ3, Pa.
+    stage, rows, zero
+        The stage of a machine's file, by its number or word, or the first and last line to be read; and the quantities that are counted from the first row that is read.
+    sample_volume, sample_height
+        m³ and m, of the sample when a change of volume or height is nothing.
+    sheet, encoding
+        The sheet of a spreadsheet, or the group of AGS4 data; how the text is encoded. Without them, they are found out.
     control_step, simulated
         The step to which the control was read, in its own unit; whether the file is a simulation's.
 
     Rows with an empty cell in a column that is read are dropped, and so are rows where the control stands still (the first of them
-    is kept); the reference's `notes` say how many and which, what was left out beyond `until`, and what was converted. Raises InputError for everything else.
+    is kept, or the last where it is a stress); the reference's `notes` say how many and which, what was left out beyond `until`, and what was converted. Raises InputError for everything else.
     """
-    table = read_table(path)
+    table = read_table(path, encoding=encoding, sheet=sheet)
+    table, chosen = choose_rows(table, stage, rows)
     shares = _observables(table.path, control, observables)
     wanted = (control, *shares)
-    _refuse_not_positive(table.path, "confining_pressure", {"": confining_pressure})
-    plain_errors = {name: error for name, error in (measurement_errors or {}).items() if not isinstance(error, MeasurementError)}
-    _refuse_not_positive(table.path, "measurement_errors", plain_errors)
-    _refuse_not_positive(table.path, "control_step", {"": control_step})
-    _refuse_not_positive(table.path, "until", {"": until})
-    if unknown := set(measurement_errors or {}) - set(shares):
-        raise InputError(f"{table.path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(shares)} was expected.")
+    positive = {"confining_pressure": confining_pressure, "control_step": control_step, "until": until, "sample_volume": sample_volume, "sample_height": sample_height}
+    for key, number in positive.items():
+        _refuse_not_positive(table.path, key, {"": number})
+    _refuse_wrong_errors(table.path, measurement_errors or {}, shares)
 
-    conventions = Conventions(columns or {}, units or {}, strain, compression)
+    conventions = Conventions(columns or {}, units or {}, strain, compression, sample_volume, sample_height)
     _refuse_another_name(table, shares, conventions)
-    conventions.check_words(table.path, (*wanted, *(STRESS_MEASURES if "stress_ratio" in wanted else ())))
-    sources = {name: _source(table, name, conventions) for name in wanted}
-    found = list(sources.values())
+    conventions.check_words(table.path, selectable(wanted))
+    sources = {name: source_of(table, name, conventions, confining_pressure, turns) for name in wanted}
+    found = list({column.key: column for source in sources.values() for column in source.columns}.values())
     conventions.check_names(table.path, [column.quantity for column in found])
     refuse_mixed_units(table, found)
 
     printed, complete = read_columns(table, found)
-    lines = [line for line, kept in zip(table.lines, complete, strict=True) if kept]
-    plain = {column.quantity: to_plain(table, column, printed[column.quantity][complete], lines, conventions) for column in found}
-    values = {
-        name: plain[name] if column.quantity == name else _stress_ratio(table, column, plain[column.quantity], control, confining_pressure)
-        for name, column in sources.items()
-    }
-    _refuse_wrong_way(table, sources[control], values[control], conventions)
+    lines = _chosen(table.lines, complete)
+    plain = {column.key: to_plain(table, column, printed[column.key][complete], lines, conventions) for column in found}
+    plain = _counted_from_the_first(table.path, zero, found, plain)
+    refuse_contradictions(table, found, plain)
+    _refuse_tension(table, sources.get("stress_ratio"), plain, control)
+    values, plain, lines, notes = _values(sources, plain, lines, confining_pressure)
+    _refuse_wrong_way(table, sources[control].columns[0], values[control], conventions, control)
     compared, cut = _until(table, control, values[control], lines, until)
     backbone, dropped = _backbone(table, control, values[control][compared], lines[compared], unloading)
     return Reference(
@@ -101,14 +128,36 @@ def read_reference(
         control_name=control,
         control_step=control_step or 0.0,
         simulated=simulated,
+        read_as=tuple(dict.fromkeys(column.quantity for column in found)),
         notes=(
-            *_gaps(table, printed, complete),
+            *chosen,
+            *_gaps(table, found, printed, complete),
+            *notes,
             *cut,
             *dropped,
-            *_conversions(sources, conventions, confining_pressure),
-            *_open_measures({quantity: column[compared] for quantity, column in plain.items()}, conventions),
+            *_conversions(sources, found, conventions),
+            *_open_measures({column.quantity: plain[column.key][compared] for column in found}, conventions),
         ),
     )
+
+
+def selectable(wanted: Sequence[str]) -> tuple[str, ...]:
+    """The quantities whose columns may be named: what is wanted, and what some of it may be computed from."""
+    from_stresses = {"stress_ratio", POSITION, *WANTED, "excess_pore_pressure"} & set(wanted)
+    others = [other for name in wanted for other in instead(name)] + ["radial_strain", *VOID_RATIOS] * ("volumetric_strain" in wanted)
+    ratios = list(STRESS_MEASURES) if "stress_ratio" in wanted else []
+    return tuple(dict.fromkeys((*wanted, *ratios, *others, *(STRESS_FORMS if from_stresses else ()))))
+
+
+def _counted_from_the_first(
+    path: str, zero: Sequence[str], found: Sequence[Column], plain: Mapping[Key, NDArray[np.float64]]
+) -> dict[Key, NDArray[np.float64]]:
+    """The values (T,) by column, those of the quantities in `zero` less their first: logarithmic strains of the sample as it is in the first row."""
+    names = [column.quantity for column in found]
+    for name in zero:
+        if name not in names or name in STRESS_FORMS:
+            raise InputError(f"{path}: zero names '{name}'{did_you_mean(name, names)}, and some of {', '.join(name for name in names if name not in STRESS_FORMS)} were expected.")
+    return {column.key: plain[column.key] - plain[column.key][0] * (column.quantity in zero) for column in found}
 
 
 def _observables(path: str, control: str, observables: Sequence[str] | Mapping[str, float]) -> dict[str, float | None]:
@@ -121,6 +170,27 @@ def _observables(path: str, control: str, observables: Sequence[str] | Mapping[s
     return shares
 
 
+def _values(
+    sources: Mapping[str, Source], plain: Mapping[Key, NDArray[np.float64]], lines: list[int], confining_pressure: float | None
+) -> tuple[dict[str, NDArray[np.float64]], Mapping[Key, NDArray[np.float64]], list[int], list[str]]:
+    """The wanted quantities (T,) by name, the plain values and the lines of their rows, and what to say of the rows that a path of loading leaves out."""
+    path = sources.get(POSITION)
+    if path is None:
+        return {name: source.make(plain) for name, source in sources.items()}, plain, lines, []
+    begun, loaded, before = rows_of_path(path, plain, confining_pressure)
+    since_begun, kept = {key: column[begun] for key, column in plain.items()}, loaded[begun]
+    # The path goes through rows without stress, which then are left out.
+    values = {name: source.make(since_begun)[kept] for name, source in sources.items()}
+    notes = [*_unloaded(lines, loaded), *before]
+    return values, {key: column[kept] for key, column in since_begun.items()}, _chosen(lines, begun & loaded), notes
+
+
+def _refuse_wrong_errors(path: str, errors: Mapping[str, MeasurementError | float], observables: Mapping[str, float | None]) -> None:
+    _refuse_not_positive(path, "measurement_errors", {name: error for name, error in errors.items() if not isinstance(error, MeasurementError)})
+    if unknown := set(errors) - set(observables):
+        raise InputError(f"{path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(observables)} was expected.")
+
+
 def _refuse_another_name(table: Table, observables: Mapping[str, float | None], conventions: Conventions) -> None:
     """Refuse an observable that is another name of a known one, where no column is its own: one that is named for it, or that bears the name while none is
     named for a stress that it may mean."""
@@ -128,7 +198,7 @@ def _refuse_another_name(table: Table, observables: Mapping[str, float | None], 
     measured = [name for name in columns if name in STRESS_MEASURES and name not in observables] if "stress_ratio" not in observables else []
     for name in observables:
         borne = any(name in (header, split_header(header)[0]) for header in table.header)
-        if name in DIMENSIONS or name in columns or (borne and not measured):
+        if name in DIMENSIONS or name in WANTED or name in columns or (borne and not measured):
             continue
         if meant := did_you_mean_observable(name, OBSERVABLES):
             raise InputError(
@@ -142,50 +212,21 @@ def _refuse_not_positive(path: str, key: str, numbers: Mapping[str, float | None
             raise InputError(f"{path}: {key}{' of ' + name if name else ''} must be a positive number, not {number!r}.")
 
 
-def _source(table: Table, name: str, conventions: Conventions) -> Column:
-    """The column that a wanted quantity comes from: its own, or for the stress ratio the one measure of stress that is there."""
-    if name != "stress_ratio":
-        column = find_column(table, name, conventions)
-        if column is None:
-            raise missing_column(table, name, name)
-        return column
-    names = ("stress_ratio", *STRESS_MEASURES)
-    said = [measure for measure in names if measure in conventions.columns]
-    found = [column for measure in said or names if (column := find_column(table, measure, conventions)) is not None]
-    if not found:
-        raise missing_column(table, "stress_ratio (nor " + ", ".join(STRESS_MEASURES) + ")", name)
-    if len(found) > 1 and (said or found[0].quantity != "stress_ratio"):
-        headers = ", ".join(f"'{column.header}'" for column in found)
-        raise InputError(f"{table.path}: columns {headers} all give the stress ratio, name a single one in columns.")
-    return found[0]
+def _refuse_tension(table: Table, source: Source | None, plain: Mapping[Key, NDArray[np.float64]], control: str) -> None:
+    """Refuse a stress that is mostly negative while the sample is compressed: its sign is turned."""
+    for column in source.columns if source and control == "axial_strain" else ():
+        if column.quantity in STRESS_MEASURES and np.median(plain[column.key]) < 0:
+            raise InputError(
+                f"{table.path}: column {column.label} is mostly negative in compression, if that is its sign convention write compression = {{ {column.quantity} = \"negative\" }}."
+            )
 
 
-def _stress_ratio(
-    table: Table, column: Column, stress: NDArray[np.float64], control: str, confining_pressure: float | None
-) -> NDArray[np.float64]:
-    measure = STRESS_MEASURES[column.quantity]
-    place = f"{table.path}: column '{column.header}'"
-    if measure.needs_confining_pressure:
-        if confining_pressure is None:
-            measured = column.quantity.replace("_", " ")
-            raise InputError(f"{place} is a {measured}, and a confining_pressure in Pa was expected to make it a stress ratio.")
-    elif np.max(stress) >= 3.0:
-        raise InputError(f"{place} reaches a ratio q/p of {np.max(stress):g}, and less than 3 was expected, where the lateral stress vanishes.")
-    if control == "axial_strain" and np.median(stress) < 0:
-        raise InputError(
-            f"{place} is mostly negative in compression, if that is its sign convention write compression = {{ {column.quantity} = \"negative\" }}."
-        )
-    ratio = measure.ratio(stress, confining_pressure)
-    if measure.needs_confining_pressure and np.max(ratio) > LARGEST_STRESS_RATIO:
-        raise InputError(
-            f"{place} gives a stress ratio of {np.max(ratio):.3g} with confining_pressure = {confining_pressure:g} Pa,"
-            f" and less than {LARGEST_STRESS_RATIO:g} was expected: the pressure or the column must be in another unit."
-        )
-    return ratio
-
-
-def _refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64], conventions: Conventions) -> None:
+def _refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64], conventions: Conventions, control_name: str) -> None:
     """Refuse a control of the wrong sign, and rows in reverse: neither is unloading."""
+    if control_name == EXTENSION and np.max(control) < -np.min(control):
+        raise InputError(f"{table.path}: axial_extension goes down to {np.min(control):g}, and was expected to increase: the sample is shortened in this file, or the sign of column {column.label} is turned.")
+    if control_name != column.quantity:
+        return
     name, end = column.quantity, float(control[-1])
     falls = len(control) > 1 and np.all(np.diff(control) <= 0) and end < control[0]
     rises = len(control) > 1 and np.all(np.diff(control) >= 0) and end > control[0]
@@ -241,32 +282,45 @@ def _backbone(
             f"{table.path}: {name} turns back at {say_lines(spans(back, lines))}, where it was expected to increase:"
             ' unloading = "drop" leaves unload-reload loops out.'
         )
+    kept = ""
+    if name in (POSITION, "axial_stress", "mean_stress"):
+        # Under a stress that is held the sample goes on to settle: what it comes to counts.
+        kept, going = ", before the last row at the same stress", np.flatnonzero(~back)
+        still = np.zeros(len(control), dtype=bool)
+        still[going[:-1]] = control[going[1:]] == control[going[:-1]]
     notes = []
     if np.any(back):
         notes.append(f"{_rows(back)} dropped where {name} turned back: {say_lines(spans(back, lines))}.")
     if np.any(still):
-        notes.append(f"{_rows(still)} dropped where {name} stood still: {say_lines(spans(still, lines))}.")
+        notes.append(f"{_rows(still)} dropped where {name} stood still{kept}: {say_lines(spans(still, lines))}.")
     return ~(back | still), notes
 
 
-def _gaps(table: Table, printed: Mapping[str, NDArray[np.float64]], complete: NDArray[np.bool_]) -> list[str]:
+def _gaps(table: Table, found: Sequence[Column], printed: Mapping[Key, NDArray[np.float64]], complete: NDArray[np.bool_]) -> list[str]:
     if np.all(complete):
         return []
-    where = [quantity for quantity, numbers in printed.items() if np.any(np.isnan(numbers))]
+    where = [column.quantity for column in found if np.any(np.isnan(printed[column.key]))]
     return [f"{_rows(~complete)} dropped for an empty cell, in {', '.join(where)}: {say_lines(spans(~complete, table.lines))}."]
 
 
-def _conversions(sources: Mapping[str, Column], conventions: Conventions, confining_pressure: float | None) -> list[str]:
+def _unloaded(lines: list[int], loaded: NDArray[np.bool_]) -> list[str]:
+    if np.all(loaded):
+        return []
+    return [f"{_rows(~loaded)} dropped where the stress is 0, which has no position: {say_lines(spans(~loaded, lines))}."]
+
+
+def _chosen(lines: list[int], kept: NDArray[np.bool_]) -> list[int]:
+    return [line for line, keep in zip(lines, kept, strict=True) if keep]
+
+
+def _conversions(sources: Mapping[str, Source], found: Sequence[Column], conventions: Conventions) -> list[str]:
     notes = []
-    for name, column in sources.items():
+    for column in {column.quantity: column for column in found}.values():
         if conventions.is_engineering(column.quantity):
             notes.append(f"{column.quantity} is given as engineering strain and was converted to logarithmic strain.")
         if conventions.is_reversed(column.quantity):
             notes.append(sign_change(column.quantity))
-        if column.quantity != name:
-            at = f" at a confining pressure of {confining_pressure:g} Pa" if STRESS_MEASURES[column.quantity].needs_confining_pressure else ""
-            notes.append(f"{name} was computed from {column.quantity}, column '{column.header}'{at}.")
-    return notes
+    return notes + [source.note for source in sources.values() if source.note]
 
 
 def sign_change(quantity: str) -> str:

@@ -58,6 +58,7 @@ class UndrainedTest(_AxialTest):
     kind = "undrained"
     title = "undrained triaxial test"
     also_returned = ("lateral_stress", "excess_pore_pressure")
+    held = ("volumetric_strain", "void_ratio")
     shown = (Panel("deviatoric_stress"), Panel("excess_pore_pressure"), Panel("deviatoric_stress", over="mean_stress"))
     path = staticmethod(stress_path.undrained_triaxial)
 
@@ -89,6 +90,7 @@ class IsotropicTest(CompressionTest):
 
     kind = "isotropic"
     title = "isotropic test"
+    held = ("stress_ratio",)
     stress = "mean_stress"
     controls = ("mean_stress", POSITION)
     shown = (Panel("void_ratio", over="mean_stress", logarithmic=True), Panel("coordination_number", over="mean_stress", logarithmic=True))

@@ -101,6 +101,8 @@ class StressPathTest(Economy, ABC):
     """Columns of a response beyond RETURNED."""
     shown: ClassVar[tuple[Panel, ...]] = (Panel("stress_ratio"), Panel("volumetric_strain"))
     """The panels of a figure."""
+    held: ClassVar[tuple[str, ...]] = ()
+    """What the path keeps as it is, so that nobody looks at it."""
     can_be_watched: ClassVar[bool] = True
     """That `evaluate` and `one_by_one` take a watch."""
     optional: ClassVar[tuple[str, ...]] = ()

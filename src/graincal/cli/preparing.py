@@ -1,0 +1,79 @@
+"""The packing that graincal init has prepared: of which particles, and at which void ratio."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from graincal.data import InputError
+
+if TYPE_CHECKING:
+    from graincal.dem.preparation import Reach
+    from graincal.laboratory import Preparation
+
+SEED = 1
+
+
+def check_alone(packing: Path | None, void_ratio: float | None, relative_density: float | None, grading: str | None, particles: int | None) -> None:
+    """Raise InputError for options that cannot stand beside one another, and for a relative density beyond its ends."""
+    if relative_density is not None and not 0 <= relative_density <= 1:
+        meant = f"; if {relative_density:g} % is meant, write {relative_density / 100:g}" if 1 < relative_density <= 100 else ""
+        raise InputError(f"--relative-density must be from 0, the loosest packing, to 1, the densest, not {relative_density:g}{meant}.")
+    said = {"--void-ratio": void_ratio, "--relative-density": relative_density, "--grading": grading, "--particles": particles}
+    given = [option for option, value in said.items() if value is not None]
+    if packing and given:
+        own = {"--void-ratio": "a void ratio", "--relative-density": "a void ratio"}.get(given[0], "grains")
+        raise InputError(f"--packing has {own} of its own, so {given[0]} cannot stand beside it.")
+    if void_ratio is not None and relative_density is not None:
+        raise InputError("--relative-density gives the void ratio, so --void-ratio cannot stand beside it.")
+
+
+def asked_preparation(relative_density: float | None, grading: str | None, particles: int | None) -> Preparation:
+    """The packing to prepare; at a relative density, with its void ratio. Raises InputError for a grading that cannot be read, and where its reach cannot be found."""
+    from graincal.dem.grading import Grading
+    from graincal.laboratory import Preparation
+
+    particles = Preparation.particles if particles is None else particles
+    grading = Preparation.grading if grading is None else grading
+    Grading.named(grading)
+    is_file = Path(grading).exists()
+    if relative_density is None:
+        return Preparation(particles, grading, grading_is_file=is_file)
+    found = _reach(particles, grading)
+    void_ratio = round(found.void_ratio(relative_density), 4)
+    because = (
+        f"The void ratio: {void_ratio:g} is that of the relative density {relative_density:g} that you gave, for spheres of grading {grading}.",
+        f"{_found(found, particles)} A sand of the same relative density has a void ratio of its own, so what is compared is how much the volume changes.",
+    )
+    return Preparation(particles, grading, void_ratio, because, is_file)
+
+
+def out_of_reach(void_ratio: float, preparation: Preparation) -> str:
+    """What is said of a void ratio that the grading does not pack to, or whose grains are too few; empty for one that it does."""
+    try:
+        found = _reach(preparation.particles, preparation.grading)
+    except InputError as error:
+        return f"Note: {error}"
+    if found.holds(void_ratio):
+        return ""
+    way = "looser" if void_ratio > found.loosest else "denser"
+    return (
+        f"Note: the void ratio of {void_ratio:g} is {way} than spheres of grading {preparation.grading} pack. {_found(found, preparation.particles)} "
+        f"{'Real grains are no spheres, and pack looser. ' if way == 'looser' else ''}What people compare then is a packing of the same relative density, "
+        "(e_max - e)/(e_max - e_min): --relative-density VALUE, from 0 to 1, gives its void ratio."
+    )
+
+
+def _found(reach: Reach, particles: int) -> str:
+    """The reach in a sentence, with how it was found."""
+    about = "" if reach.particles == particles else f", of which the range of {particles} is about that"
+    return f"They pack {reach.in_words}: found by packing {reach.particles} of them with the friction angle of 45° and without friction{about}."
+
+
+def _reach(particles: int, grading: str) -> Reach:
+    from graincal.dem.preparation import reach
+
+    typer.echo(f"Looking up what void ratios grading {grading} packs to, the first time some seconds ...", err=True)
+    return reach(particles, grading, SEED)
