@@ -17,7 +17,6 @@ from graincal.execution import available_cores
 from graincal.inference.thinning import Thinning
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
-from graincal.laboratory.reading import sign_change
 from graincal.models import StressPathTest
 from graincal.models.contact_parameters import unusual_parameters
 from graincal.models.stress_path import unusual
@@ -107,9 +106,9 @@ def _constant(tested: Tested) -> list[Doubt]:
 
 def _turn(reference: Reference) -> str:
     """How the reference is read with the other sign."""
-    if sign_change("volumetric_strain") in reference.notes:
-        return 'if the file counts contraction as positive, its reference needs compression = { volumetric_strain = "positive" }.'
-    return 'if the file counts contraction as negative, its reference needs compression = { volumetric_strain = "negative" }.'
+    name = "volume_change" if "volume_change" in reference.read_as and "volumetric_strain" not in reference.read_as else "volumetric_strain"
+    wanted = "positive" if name in reference.turned else "negative"
+    return f'if the file counts contraction as {wanted}, its reference needs compression = {{ {name} = "{wanted}" }}.'
 
 
 def _dilates_first(tested: Tested) -> list[Doubt]:

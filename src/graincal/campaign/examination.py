@@ -234,7 +234,7 @@ def _evidence(file: CalibrationFile, folder: Path, evidence: Evidence) -> tuple[
 
 def _readings(experiments: Sequence[Examined]) -> list[Doubt]:
     """What was done with the files as they were read."""
-    return [Doubt("key-without-effect" if note.startswith("nothing is left out by until") else "reading", note, each.name) for each in experiments for note in each.reference.notes]
+    return [Doubt("key-without-effect" if note in each.reference.idle else "reading", note, each.name) for each in experiments for note in each.reference.notes]
 
 
 def _question_as_json(question: OpenQuestion) -> dict[str, Any]:
