@@ -2,11 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import graincal as gc
+from graincal.campaign import laboratory_evidence
 from graincal.campaign.doubt import CODES, LEVELS, Doubt
 from graincal.campaign.examination import examine
 from graincal.data import InputError
@@ -85,7 +87,7 @@ def test_what_laboratory_files_say_is_put_beside(tmp_path):
         return [Decision("reference.strain", "logarithmic", "it goes beyond 1")], [Doubt("unsheared", "so.")], [Doubt("reading", "thus.")]
 
     found = examine(write(tmp_path, DRAINED), evidence=evidence)
-    assert found.as_json()["decided"] == [{"experiment": "drained", "what": "reference.strain", "value": "logarithmic", "because": "it goes beyond 1"}]
+    assert found.as_json()["decided"] == [{"experiment": "drained", "what": "reference.strain", "value": "logarithmic", "because": "it goes beyond 1", "by": "proof"}]
     assert [str(each) for each in found.problems] == ['Experiment "drained": so.'] and Doubt("reading", "thus.", "drained") in found.notes
 
 
@@ -102,3 +104,14 @@ def test_codes_have_one_level_and_the_documents_list_them():
     assert len(LEVELS) == sum(map(len, CODES.values()))
     text = (Path(__file__).parents[2] / "docs" / "calibration-file.md").read_text()
     assert set(re.findall(r"^\| (problem|note) \| `([\w-]+)` \|", text, re.M)) == {(level, code) for code, level in LEVELS.items()}
+
+
+@pytest.mark.parametrize(("by", "code"), [("proof", "contradicts-file"), ("words", "contradicts-words"), ("person", None)])
+def test_only_a_proof_against_the_calibration_file_is_a_problem(tmp_path, monkeypatch, by, code):
+    file = write(tmp_path, DRAINED)
+    understand = laboratory_evidence.understand
+    decided = (Decision("confining_pressure", "100000", "a line above the table says so", by), Decision("kind", "triaxial", "the file says so in words", by))
+    monkeypatch.setattr(laboratory_evidence, "understand", lambda *said: replace(understand(*said), decided=decided))
+    found = examine(file)
+    assert {each.code for each in (*found.problems, *found.notes)} - {"reading"} == ({code} if code else set())
+    assert found.is_clear == (code != "contradicts-file") and [each.by for each in found.decided] == ([by] * 2 if code else [])

@@ -41,6 +41,7 @@ CODES: dict[str, dict[str, str]] = {
     },
     "note": {
         "below-one": "the stress ratio is slightly below 1 at the beginning",
+        "contradicts-words": "the laboratory file says something else in words than the calibration file says",
         "check-marks": "lines of the file still say CHECK",
         "dilates-at-first": "the volumetric strain dilates at first, which may be right: by little, or throughout without a peak of the stress ratio",
         "far-from-quasi-static": "a setting of the test, or a pressure or a parameter, is unusual",

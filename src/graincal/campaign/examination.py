@@ -112,7 +112,7 @@ class Examination:
         """What `graincal check --json` prints: a contract for programs."""
         return {
             "experiments": [each.as_json() for each in self.experiments],
-            "decided": [{"experiment": each.experiment, "what": each.what, "value": each.value, "because": each.because} for each in self.decided],
+            "decided": [{"experiment": each.experiment, "what": each.what, "value": each.value, "because": each.because, "by": each.by} for each in self.decided],
             "questions": [_question_as_json(each) for each in self.questions],
             "problems": [each.as_json() for each in self.problems],
             "notes": [each.as_json() for each in self.notes],
@@ -226,7 +226,7 @@ def _evidence(file: CalibrationFile, folder: Path, evidence: Evidence) -> tuple[
     decided, problems, notes = [], [], []
     for entry in file.experiment:
         found, against, noted = evidence(entry, folder)
-        decided += [Decided(each.what, each.value, each.because, entry.name) for each in found]
+        decided += [Decided(each.what, each.value, each.because, each.by, entry.name) for each in found]
         problems += [replace(doubt, experiment=entry.name) for doubt in against]
         notes += [replace(doubt, experiment=entry.name) for doubt in noted]
     return decided, problems, notes

@@ -18,20 +18,23 @@ from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTes
 if TYPE_CHECKING:
     from graincal.campaign.config import ExperimentEntry, ReferenceFile
 
+_CODES = {"proof": "contradicts-file", "words": "contradicts-words"}
 PRESSURES_APART = 0.03
 """A confining pressure is that of the file within this part of it."""
 
 
 def evidence(entry: ExperimentEntry, folder: Path) -> tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]:
-    """What the file proves by itself, told nothing but its columns and units: decisions, what contradicts the entry, and notes (none)."""
+    """What the file decides by itself, told nothing but its columns and units: decisions, problems where what it proves contradicts the entry, and notes where its words do."""
     if entry.reference is None or entry.model.kind == "python":
         return (), (), ()
     found = _understood(folder / entry.reference.file, _known(entry.reference.model_dump()))
     if found is None:
         return (), (), ()
-    stated = {decision.what: decision for decision in found.decided}
-    against = [Doubt("contradicts-file", f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}.") for said, decision in _contradicted(entry, stated, found.lateral_is_known)]
-    return tuple(decision for decision in found.decided if decision.because != "you gave it"), against, ()
+    stated = {decision.what: decision for decision in found.decided if decision.by != "person"}
+    against = {"proof": [], "words": []}
+    for said, decision in _contradicted(entry, stated, found.lateral_is_known):
+        against[decision.by].append(Doubt(_CODES[decision.by], f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}."))
+    return tuple(stated.values()), against["proof"], against["words"]
 
 
 def propose(folder: Path) -> Callable[[dict[str, Any], tuple[str | int, ...]], Any]:
