@@ -14,7 +14,7 @@ from graincal.campaign.examination import examine
 from graincal.data import InputError
 from graincal.laboratory.decisions import Decision
 
-from .tested import DRAINED, write
+from .tested import CONSTANT_MEAN, DRAINED, EXTENSION, UNDRAINED, write
 
 ASKED = ('"lab.csv", strain = "logarithmic"', '"lab.csv", strain = "?", units = { axial_strain = "?" }'), ("reference   =", '# How were strains computed?\nreference   =')
 BEHIND = (('strain = "logarithmic" }', 'strain = "?" }   # "engineering" or "logarithmic", see "#3"'),)
@@ -45,11 +45,11 @@ def test_a_question_goes_with_what_is_proposed_and_without_it(tmp_path):
     assert asked == [("drained", ("reference", "strain"))] and found.questions[0].proposed == "engineering" and not found.is_clear
     assert found.questions[0].comment == '"engineering" or "logarithmic", see "#3"' and found.questions[0].answers == ("engineering", "logarithmic")
     assert found.experiments[0].reference.control[-1] > 0.105 and found.experiments[0].questions == ("reference.strain",)
-    # Without a proposal the key is left out, and without a key that must be there the file cannot be read.
+    # Without a proposal the key is left out.
     assert examine(file).experiments[0].reference.control[-1] == pytest.approx(0.1)
     file = write(tmp_path, DRAINED, {}, NO_PRESSURE)
-    assert examine(file).experiments == () and [each.key for each in examine(file).questions] == ["model.confining_pressure"]
-    assert len(examine(file, proposed=lambda entry, key: 200e3).experiments) == 1
+    assert examine(file).as_json()["experiments"][0]["confining_pressure"] is None and [each.key for each in examine(file).questions] == ["model.confining_pressure"]
+    assert examine(file, proposed=lambda entry, key: 200e3).as_json()["experiments"][0]["confining_pressure"] == 200e3
 
 
 @pytest.mark.parametrize(
@@ -115,3 +115,26 @@ def test_only_a_proof_against_the_calibration_file_is_a_problem(tmp_path, monkey
     found = examine(file)
     assert {each.code for each in (*found.problems, *found.notes)} - {"reading"} == ({code} if code else set())
     assert found.is_clear == (code != "contradicts-file") and [each.by for each in found.decided] == ([by] * 2 if code else [])
+
+
+GRAINS = (('packing = "PACKING"', 'particles = 1000, void_ratio = "?"'),)
+
+
+@pytest.mark.parametrize("replacements", [GRAINS, NO_PRESSURE, (*GRAINS, *NO_PRESSURE), (('"PACKING"', '"?"'),), (('"PACKING"', '["PACKING", "?"]'),)])
+@pytest.mark.parametrize("case", [DRAINED, UNDRAINED, EXTENSION, CONSTANT_MEAN], ids=["drained", "undrained", "extension", "constant mean"])
+def test_a_reference_is_examined_while_grains_and_pressure_are_open(tmp_path, case, replacements):
+    found = examine(write(tmp_path, case, {}, replacements), proposed=lambda entry, key: None)
+    assert len(found.experiments) == 1 and found.problems == () and found.experiments[0].questions == tuple(question.key for question in found.questions)
+    wrong = examine(write(tmp_path, case, {next(iter(case[0])): lambda strain: strain / 100}, replacements), proposed=lambda entry, key: None)
+    assert "strain-too-small" in {each.code for each in wrong.problems}
+
+
+def test_a_stress_ratio_is_not_made_with_a_pressure_that_is_open(tmp_path):
+    replacements = ((', strain =', ', columns = { deviator_stress = "deviatoric_stress [Pa]" }, strain ='), *NO_PRESSURE)
+    found = examine(write(tmp_path, DRAINED, {}, replacements), proposed=lambda entry, key: None)
+    assert found.experiments == () and "a confining_pressure in Pa was expected" in found.notes[0].sentence and found.notes[0].code == "unread-so-far"
+
+
+def test_what_else_is_wrong_is_said_beside_questions(tmp_path):
+    found = examine(write(tmp_path, DRAINED, {}, (*NO_PRESSURE, ("workers = 1", 'wokers = 1'))))
+    assert len(found.questions) == 1 and any("wokers is not a key" in each.sentence for each in found.notes)

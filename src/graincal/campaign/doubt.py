@@ -53,7 +53,7 @@ CODES: dict[str, dict[str, str]] = {
         "simulated-elsewhere": "a simulated reference is taken for one on another packing",
         "starts-below-zero": "the axial strain begins slightly below 0",
         "states-put-together": "the rows of a dense reference are put together",
-        "unread-so-far": "an experiment cannot be read before its questions are answered",
+        "unread-so-far": "an experiment, or the file, cannot be read before its questions are answered",
         "unusual-parameter": "a range or a value is unusual, as in another unit",
         "void-ratio-near": "the reference's first void ratio is not quite the packing's",
     },

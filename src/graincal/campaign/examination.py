@@ -34,6 +34,10 @@ PROPOSE: Callable[[Path], Proposed] = laboratory_evidence.propose
 EVIDENCE: Evidence = laboratory_evidence.evidence
 
 
+_STAND_INS = {"packing": "?", "particles": 1000, "void_ratio": 0.7, "confining_pressure": 1e5}
+"""What a model is validated with where these keys are open: nothing is computed of it."""
+
+
 @dataclass(frozen=True)
 class Decided(Decision):
     """A decision, of an experiment by its name."""
@@ -68,7 +72,7 @@ class Examined:
         if model.kind != UndrainedTest.kind or not {"deviatoric_stress", "excess_pore_pressure"} <= observables.keys():
             return {}
         q, pore, pressure = observables["deviatoric_stress"], observables["excess_pore_pressure"], model.confining_pressure
-        if np.any(pore >= pressure):
+        if pressure is None or np.any(pore >= pressure):
             return {}
         return {"stress_ratio": {**_ends(1 + q / (pressure - pore)), "compared": False}}
 
@@ -124,7 +128,7 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
     """Look at a calibration file and all that it names. Nothing is simulated but a packing that is to be prepared, and that neither while questions are open.
 
     more_runs: as in `read_calibration`. proposed: what is said to open questions, by default PROPOSE of the file's folder; a key without a proposal is left out, and where the file
-    cannot be read without it, there is nothing but the questions. evidence: what laboratory files say, by default EVIDENCE.
+    cannot be read without it, there are the questions and why. What is open of the grains and the confining pressure is not known then, and all else is examined. evidence: what laboratory files say, by default EVIDENCE.
     Raises InputError for a file that cannot be read, as `read_calibration`.
     """
     path = Path(path)
@@ -135,14 +139,28 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
         return _of_file(path, validated(path, content), source, more_runs, marks, evidence)
     content, questions = without_questions(content, questions, proposed or PROPOSE(folder))
     try:
-        file = validated(path, content)
-    except InputError:
-        return Examination(questions=questions, **_by_level(marks))
+        file = _with_unknowns(path, content, questions)
+    except InputError as error:
+        unread = [Doubt("unread-so-far", f"the file cannot be read before its questions are answered: {each.removeprefix(f'{path}: ')}") for each in str(error).splitlines()]
+        return Examination(questions=questions, **_by_level([*unread, *marks]))
     experiments, unread = _read_so_far(file, folder, questions)
     decided, problems, notes = _evidence(file, folder, evidence)
     found = [doubt for each in experiments for doubt in (*doubts_of_reference(each.tested, each.name), *unused_in_experiment(each.entry, each.reference))]
     found += [*unread, *unused_in_file(file), *marks, *_readings(experiments)]
     return _examination(experiments, decided, questions, found, problems, notes)
+
+
+def _with_unknowns(path: Path, content: dict[str, Any], questions: Sequence[OpenQuestion]) -> CalibrationFile:
+    """What the content of a file says whose questions were answered or left out. Keys of a model that a reference can do without are None where they were left out. Raises InputError, as `validated`."""
+    unknown: list[set[str]] = [set() for _ in content.get("experiment", ())]
+    for question in questions:
+        table, *keys = question.path[2:] if question.experiment is not None else ("",)
+        if table == "model" and keys and keys[0] in _STAND_INS and not question.proposed:
+            unknown[question.path[1]].add(keys[0])
+            content["experiment"][question.path[1]]["model"].setdefault(keys[0], _STAND_INS[keys[0]])
+    file = validated(path, content)
+    entries = [entry.model_copy(update={"model": entry.model.model_copy(update=dict.fromkeys(keys))}) for entry, keys in zip(file.experiment, unknown)]
+    return file.model_copy(update={"experiment": entries})
 
 
 def _of_file(path: Path, file: CalibrationFile, source: str, more_runs: Sequence[Path], marks: list[Doubt], evidence: Evidence) -> Examination:
