@@ -117,12 +117,14 @@ def test_only_a_proof_against_the_calibration_file_is_a_problem(tmp_path, monkey
     assert found.is_clear == (code != "contradicts-file") and [each.by for each in found.decided] == ([by] * 2 if code else [])
 
 
+KIND = (None,)
 GRAINS = (('packing = "PACKING"', 'particles = 1000, void_ratio = "?"'),)
 
 
-@pytest.mark.parametrize("replacements", [GRAINS, NO_PRESSURE, (*GRAINS, *NO_PRESSURE), (('"PACKING"', '"?"'),), (('"PACKING"', '["PACKING", "?"]'),)])
+@pytest.mark.parametrize("replacements", [GRAINS, NO_PRESSURE, (*GRAINS, *NO_PRESSURE), (('"PACKING"', '"?"'),), (('"PACKING"', '["PACKING", "?"]'),), KIND, (*KIND, *NO_PRESSURE)])
 @pytest.mark.parametrize("case", [DRAINED, UNDRAINED, EXTENSION, CONSTANT_MEAN], ids=["drained", "undrained", "extension", "constant mean"])
-def test_a_reference_is_examined_while_grains_and_pressure_are_open(tmp_path, case, replacements):
+def test_a_reference_is_examined_while_its_model_is_open(tmp_path, case, replacements):
+    replacements = [each or (re.search(r'kind = "[\w-]+"', case[1])[0], 'kind = "?"') for each in replacements]
     found = examine(write(tmp_path, case, {}, replacements), proposed=lambda entry, key: None)
     assert len(found.experiments) == 1 and found.problems == () and found.experiments[0].questions == tuple(question.key for question in found.questions)
     wrong = examine(write(tmp_path, case, {next(iter(case[0])): lambda strain: strain / 100}, replacements), proposed=lambda entry, key: None)

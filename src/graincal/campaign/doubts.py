@@ -10,7 +10,7 @@ from graincal.campaign.experiment import Experiment
 from graincal.campaign.limits import limit_doubts
 from graincal.campaign.strain_doubts import strain_doubts
 from graincal.campaign.stress_doubts import stress_doubts
-from graincal.campaign.tested import Tested
+from graincal.campaign.tested import OTHER, Tested
 from graincal.campaign.void_ratio_doubts import void_ratio_doubts
 from graincal.data import Reference
 from graincal.execution import available_cores
@@ -96,7 +96,7 @@ def _large_errors(reference: Reference) -> list[Doubt]:
 
 def _constant(tested: Tested) -> list[Doubt]:
     """Known quantities that never change, where the test changes them."""
-    held = {"undrained": ("volumetric_strain", "void_ratio"), "constant-mean-stress": ("mean_stress",)}.get(tested.kind, ())
+    held = {"undrained": ("volumetric_strain", "void_ratio"), "constant-mean-stress": ("mean_stress",), OTHER: ("volumetric_strain", "void_ratio", "mean_stress")}.get(tested.kind, ())
     return [
         Doubt("constant-observable", f"{name} is {values[0]:.4g} in all {len(values)} rows: was it not measured, or is it another column?")
         for name, values in tested.reference.observables.items()

@@ -34,8 +34,8 @@ PROPOSE: Callable[[Path], Proposed] = laboratory_evidence.propose
 EVIDENCE: Evidence = laboratory_evidence.evidence
 
 
-_STAND_INS = {"packing": "?", "particles": 1000, "void_ratio": 0.7, "confining_pressure": 1e5}
-"""What a model is validated with where these keys are open: nothing is computed of it."""
+_STAND_INS = {"kind": "oedometric", "packing": "?", "particles": 1000, "void_ratio": 0.7, "confining_pressure": 1e5}
+"""What a model is validated with where these keys are open: nothing is computed of it. Of all kinds this one takes the most keys."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Examined:
         """The experiment as `graincal check --json` has it: fractions and Pa."""
         return {
             "name": self.name,
-            "kind": self.entry.model.kind,
+            "kind": self.entry.model.kind or None,
             "confining_pressure": getattr(self.entry.model, "confining_pressure", None),
             "states": len(self.reference.control),
             "kept_states": self.kept_states,
@@ -128,7 +128,7 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
     """Look at a calibration file and all that it names. Nothing is simulated but a packing that is to be prepared, and that neither while questions are open.
 
     more_runs: as in `read_calibration`. proposed: what is said to open questions, by default PROPOSE of the file's folder; a key without a proposal is left out, and where the file
-    cannot be read without it, there are the questions and why. What is open of the grains and the confining pressure is not known then, and all else is examined. evidence: what laboratory files say, by default EVIDENCE.
+    cannot be read without it, there are the questions and why. What is open of the kind, the grains and the confining pressure is not known then, and all else is examined. evidence: what laboratory files say, by default EVIDENCE.
     Raises InputError for a file that cannot be read, as `read_calibration`.
     """
     path = Path(path)
@@ -151,7 +151,7 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
 
 
 def _with_unknowns(path: Path, content: dict[str, Any], questions: Sequence[OpenQuestion]) -> CalibrationFile:
-    """What the content of a file says whose questions were answered or left out. Keys of a model that a reference can do without are None where they were left out. Raises InputError, as `validated`."""
+    """What the content of a file says whose questions were answered or left out. Keys of a model that a reference can do without are None where they were left out, and the kind is OTHER. Raises InputError, as `validated`."""
     unknown: list[set[str]] = [set() for _ in content.get("experiment", ())]
     for question in questions:
         table, *keys = question.path[2:] if question.experiment is not None else ("",)
@@ -159,7 +159,7 @@ def _with_unknowns(path: Path, content: dict[str, Any], questions: Sequence[Open
             unknown[question.path[1]].add(keys[0])
             content["experiment"][question.path[1]]["model"].setdefault(keys[0], _STAND_INS[keys[0]])
     file = validated(path, content)
-    entries = [entry.model_copy(update={"model": entry.model.model_copy(update=dict.fromkeys(keys))}) for entry, keys in zip(file.experiment, unknown)]
+    entries = [entry.model_copy(update={"model": entry.model.model_copy(update={key: OTHER if key == "kind" else None for key in keys})}) for entry, keys in zip(file.experiment, unknown)]
     return file.model_copy(update={"experiment": entries})
 
 
@@ -256,7 +256,7 @@ def _readings(experiments: Sequence[Examined]) -> list[Doubt]:
 
 
 def _question_as_json(question: OpenQuestion) -> dict[str, Any]:
-    return {"experiment": question.experiment, "key": question.key, "question": question.sentence, "answers": list(question.answers), "proposed": question.proposed or None}
+    return {"experiment": question.experiment, "key": question.key, "line": question.line, "question": question.asked, "answers": list(question.answers), "proposed": question.proposed or None}
 
 
 def _ends(values: NDArray[np.float64]) -> dict[str, float]:

@@ -121,8 +121,8 @@ def _draw(found: Examination, plot: Path, *, quiet: bool) -> None:
 def _describe_so_far(experiment: Examined) -> list[str]:
     """An experiment whose model cannot be made yet."""
     asked = f" (open: {', '.join(experiment.questions)})" if experiment.questions else ""
-    reference = experiment.reference
-    return [f'experiment "{experiment.name}", {experiment.entry.model.kind}{asked}', *_describe_reference(reference), *(f"  {note}" for note in reference.notes)]
+    reference, kind = experiment.reference, experiment.entry.model.kind or "of a kind that is open"
+    return [f'experiment "{experiment.name}", {kind}{asked}', *_describe_reference(reference), *(f"  {note}" for note in reference.notes)]
 
 
 def _describe(experiment: Experiment, method: str) -> list[str]:
