@@ -97,7 +97,7 @@ def test_a_void_ratio_out_of_reach_is_a_problem_with_the_range(call, tmp_path, m
     checked = call("check", file)
     assert checked.code == 2 and "1.05 is out of reach for grading toyoura, which packs to between" in checked.out and "graincal init --relative-density" in checked.out
     refused = call("calibrate", file, "-o", tmp_path / "campaign", "--accept")
-    assert refused.code == 1 and "mend the file:" in refused.err and "--accept" not in refused.err
+    assert refused.code == 1 and "correct the file:" in refused.err and "--accept" not in refused.err
 
 
 def test_codes_have_one_level_and_the_documents_list_them():

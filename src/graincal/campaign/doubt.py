@@ -19,7 +19,7 @@ CODES: dict[str, dict[str, str]] = {
         "negative-stress": "a stress that must be positive is not",
         "negative-strain": "the axial strain goes far below 0",
         "other-pressure": "the reference's confining pressure is not the model's",
-        "placeholder-pressure": "the confining pressure is still the one that was put in for none",
+        "placeholder-pressure": "the confining pressure is still the one that an earlier init put in for none",
         "porosity-as-void-ratio": "the void ratio is a porosity",
         "pore-pressure-beyond": "the excess pore pressure exceeds the confining pressure",
         "pore-pressure-not-excess": "the excess pore pressure is not 0 where the strain is 0",

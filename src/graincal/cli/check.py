@@ -22,7 +22,7 @@ UNANSWERED = 2
 def check(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
     plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; nothing is run for it.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; no evaluation is run for it, but a packing may have to be prepared.")] = False,
 ) -> None:
     """Read a calibration file and all that it names, draw what was read, say what speaks against it and how long the calibration will take.
 
