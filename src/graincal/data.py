@@ -220,6 +220,8 @@ class Reference:
     (equal by default; the smaller, the more trusted); `measurement_errors` maps names to `MeasurementError`s, or to absolute standard deviations.
     `control_step`: the step to which the control was read, in its unit. `simulated`: whether a simulation made this reference, which then scatters
     like one. Both, and the measurement errors, matter to the posterior alone. `notes` say what was done when it was read, and `read_as` what its columns were read as.
+    For programs beside the notes: `cut` is whether rows were left out beyond a last control that somebody chose; `at_pressure` names the stresses, and the stress ratio, that a constant
+    lateral stress made; `turned` the quantities whose sign was changed; and `idle` holds those of the notes that say of an option that it changed nothing.
     Raises InputError for lengths that differ, values that are not finite, or a control that does not increase.
     """
 
@@ -232,6 +234,10 @@ class Reference:
     simulated: bool
     notes: tuple[str, ...] = field(default=())
     read_as: tuple[str, ...] = field(default=())
+    cut: bool = False
+    at_pressure: tuple[str, ...] = field(default=())
+    turned: tuple[str, ...] = field(default=())
+    idle: tuple[str, ...] = field(default=())
 
     def __init__(
         self,
@@ -245,6 +251,10 @@ class Reference:
         simulated: bool = False,
         notes: tuple[str, ...] = (),
         read_as: tuple[str, ...] = (),
+        cut: bool = False,
+        at_pressure: tuple[str, ...] = (),
+        turned: tuple[str, ...] = (),
+        idle: tuple[str, ...] = (),
     ) -> None:
         control = _read_only(control, ndim=1, what=f"reference: {control_name}")
         columns = {name: _read_only(values, ndim=1, what=f"reference: {name}") for name, values in observables.items()}
@@ -283,8 +293,9 @@ class Reference:
         object.__setattr__(self, "control_name", control_name)
         object.__setattr__(self, "control_step", float(control_step))
         object.__setattr__(self, "simulated", bool(simulated))
-        object.__setattr__(self, "notes", tuple(notes))
-        object.__setattr__(self, "read_as", tuple(read_as))
+        object.__setattr__(self, "cut", bool(cut))
+        for name, said in {"notes": notes, "read_as": read_as, "at_pressure": at_pressure, "turned": turned, "idle": idle}.items():
+            object.__setattr__(self, name, tuple(said))
 
     def __repr__(self) -> str:
         from graincal.notebook import as_text
@@ -323,6 +334,7 @@ class Reference:
             control_step=self.control_step,
             simulated=self.simulated,
             notes=self.notes,
+            cut=self.cut,
         )
 
     @classmethod

@@ -19,7 +19,7 @@ def test_problems_that_were_accepted_are_kept_and_reported(call, tmp_path, repla
     # q over σ3, and not σ1/σ3.
     (tmp_path / "reference.csv").write_text("\n".join(",".join(row) for row in [rows[0], *([e, str(float(r) - 1), v] for e, r, v in rows[1:])]) + "\n")
     refused = call("calibrate", file, "-o", folder)
-    assert refused.code == 1 and "for there is 1 problem; mend the file, or go on in spite of it by --accept:" in refused.err and not folder.exists()
+    assert refused.code == 1 and "for there is 1 problem; correct the file, or go on in spite of it by --accept:" in refused.err and not folder.exists()
     assert call("calibrate", file, "-o", folder, "--accept", "--quiet").code == 0
     assert call("resume", folder, "--max-iterations", "2", "--quiet").code == 0
     (doubt,) = Store.open(folder).accepted

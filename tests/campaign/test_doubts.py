@@ -8,7 +8,6 @@ from graincal.campaign import Calibration
 from graincal.campaign.doubts import doubts as found
 from graincal.cli.text import duration
 from graincal.data import MeasurementError
-from graincal.laboratory.reading import sign_change
 from graincal.models.contact_parameters import unusual_parameters
 
 from .hyperbola import SPACE, STRAIN, model
@@ -41,9 +40,10 @@ def test_a_volumetric_strain_is_noted_where_its_sign_looks_turned(stress_ratio, 
 
 
 def test_a_sign_that_was_turned_is_to_be_turned_back():
-    reference = Reference(STRAIN, {"volumetric_strain": -0.05 * STRAIN}, notes=(sign_change("volumetric_strain"),))
-    (doubt,) = doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))
-    assert doubt.endswith('needs compression = { volumetric_strain = "positive" }.')
+    for name in ("volumetric_strain", "volume_change"):
+        reference = Reference(STRAIN, {"volumetric_strain": -0.05 * STRAIN}, read_as=(name,), turned=(name,))
+        (doubt,) = doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))
+        assert doubt.endswith(f'needs compression = {{ {name} = "positive" }}.')
 
 
 @pytest.mark.parametrize(("stress_ratio", "noted"), [(1 + (HARDENING - 1) / 400, True), (HARDENING, False), (1 - (HARDENING - 1) / 10, False)])

@@ -2,17 +2,19 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import graincal as gc
+from graincal.campaign import laboratory_evidence
 from graincal.campaign.doubt import CODES, LEVELS, Doubt
 from graincal.campaign.examination import examine
 from graincal.data import InputError
 from graincal.laboratory.decisions import Decision
 
-from .tested import DRAINED, write
+from .tested import CONSTANT_MEAN, DRAINED, EXTENSION, UNDRAINED, write
 
 ASKED = ('"lab.csv", strain = "logarithmic"', '"lab.csv", strain = "?", units = { axial_strain = "?" }'), ("reference   =", '# How were strains computed?\nreference   =')
 BEHIND = (('strain = "logarithmic" }', 'strain = "?" }   # "engineering" or "logarithmic", see "#3"'),)
@@ -43,11 +45,11 @@ def test_a_question_goes_with_what_is_proposed_and_without_it(tmp_path):
     assert asked == [("drained", ("reference", "strain"))] and found.questions[0].proposed == "engineering" and not found.is_clear
     assert found.questions[0].comment == '"engineering" or "logarithmic", see "#3"' and found.questions[0].answers == ("engineering", "logarithmic")
     assert found.experiments[0].reference.control[-1] > 0.105 and found.experiments[0].questions == ("reference.strain",)
-    # Without a proposal the key is left out, and without a key that must be there the file cannot be read.
+    # Without a proposal the key is left out.
     assert examine(file).experiments[0].reference.control[-1] == pytest.approx(0.1)
     file = write(tmp_path, DRAINED, {}, NO_PRESSURE)
-    assert examine(file).experiments == () and [each.key for each in examine(file).questions] == ["model.confining_pressure"]
-    assert len(examine(file, proposed=lambda entry, key: 200e3).experiments) == 1
+    assert examine(file).as_json()["experiments"][0]["confining_pressure"] is None and [each.key for each in examine(file).questions] == ["model.confining_pressure"]
+    assert examine(file, proposed=lambda entry, key: 200e3).as_json()["experiments"][0]["confining_pressure"] == 200e3
 
 
 @pytest.mark.parametrize(
@@ -85,7 +87,7 @@ def test_what_laboratory_files_say_is_put_beside(tmp_path):
         return [Decision("reference.strain", "logarithmic", "it goes beyond 1")], [Doubt("unsheared", "so.")], [Doubt("reading", "thus.")]
 
     found = examine(write(tmp_path, DRAINED), evidence=evidence)
-    assert found.as_json()["decided"] == [{"experiment": "drained", "what": "reference.strain", "value": "logarithmic", "because": "it goes beyond 1"}]
+    assert found.as_json()["decided"] == [{"experiment": "drained", "what": "reference.strain", "value": "logarithmic", "because": "it goes beyond 1", "by": "proof"}]
     assert [str(each) for each in found.problems] == ['Experiment "drained": so.'] and Doubt("reading", "thus.", "drained") in found.notes
 
 
@@ -95,10 +97,51 @@ def test_a_void_ratio_out_of_reach_is_a_problem_with_the_range(call, tmp_path, m
     checked = call("check", file)
     assert checked.code == 2 and "1.05 is out of reach for grading toyoura, which packs to between" in checked.out and "graincal init --relative-density" in checked.out
     refused = call("calibrate", file, "-o", tmp_path / "campaign", "--accept")
-    assert refused.code == 1 and "mend the file:" in refused.err and "--accept" not in refused.err
+    assert refused.code == 1 and "correct the file:" in refused.err and "--accept" not in refused.err
 
 
 def test_codes_have_one_level_and_the_documents_list_them():
     assert len(LEVELS) == sum(map(len, CODES.values()))
     text = (Path(__file__).parents[2] / "docs" / "calibration-file.md").read_text()
     assert set(re.findall(r"^\| (problem|note) \| `([\w-]+)` \|", text, re.M)) == {(level, code) for code, level in LEVELS.items()}
+
+
+@pytest.mark.parametrize(("by", "code"), [("proof", "contradicts-file"), ("words", "contradicts-words"), ("person", None)])
+def test_only_a_proof_against_the_calibration_file_is_a_problem(tmp_path, monkeypatch, by, code):
+    file = write(tmp_path, DRAINED)
+    understand = laboratory_evidence.understand
+    decided = (Decision("confining_pressure", "100000", "a line above the table says so", by), Decision("kind", "triaxial", "the file says so in words", by))
+    monkeypatch.setattr(laboratory_evidence, "understand", lambda *said: replace(understand(*said), decided=decided))
+    found = examine(file)
+    assert {each.code for each in (*found.problems, *found.notes)} - {"reading"} == ({code} if code else set())
+    assert found.is_clear == (code != "contradicts-file") and [each.by for each in found.decided] == ([by] * 2 if code else [])
+
+
+KIND = (None,)
+GRAINS = (('packing = "PACKING"', 'particles = 1000, void_ratio = "?"'),)
+
+
+@pytest.mark.parametrize("replacements", [GRAINS, NO_PRESSURE, (*GRAINS, *NO_PRESSURE), (('"PACKING"', '"?"'),), (('"PACKING"', '["PACKING", "?"]'),), KIND, (*KIND, *NO_PRESSURE)])
+@pytest.mark.parametrize("case", [DRAINED, UNDRAINED, EXTENSION, CONSTANT_MEAN], ids=["drained", "undrained", "extension", "constant mean"])
+def test_a_reference_is_examined_while_its_model_is_open(tmp_path, case, replacements):
+    replacements = [each or (re.search(r'kind = "[\w-]+"', case[1])[0], 'kind = "?"') for each in replacements]
+    found = examine(write(tmp_path, case, {}, replacements), proposed=lambda entry, key: None)
+    assert len(found.experiments) == 1 and found.problems == () and found.experiments[0].questions == tuple(question.key for question in found.questions)
+    wrong = examine(write(tmp_path, case, {next(iter(case[0])): lambda strain: strain / 100}, replacements), proposed=lambda entry, key: None)
+    assert "strain-too-small" in {each.code for each in wrong.problems}
+
+
+def test_a_stress_ratio_is_not_made_with_a_pressure_that_is_open(tmp_path):
+    replacements = ((', strain =', ', columns = { deviator_stress = "deviatoric_stress [Pa]" }, strain ='), *NO_PRESSURE)
+    found = examine(write(tmp_path, DRAINED, {}, replacements), proposed=lambda entry, key: None)
+    assert set(found.experiments[0].reference.names) == {"volumetric_strain", "void_ratio"} and found.notes[0].code == "unread-so-far"
+    assert found.notes[0].sentence.startswith("stress_ratio of it cannot be read") and "a confining_pressure in Pa was expected" in found.notes[0].sentence
+    off = examine(write(tmp_path, DRAINED, {"void_ratio": lambda e: e / (1 + e)}, replacements), proposed=lambda entry, key: None)
+    assert {each.code for each in off.problems} == {"porosity-as-void-ratio"}
+    alone = examine(write(tmp_path, DRAINED, {}, (*replacements, (", volumetric_strain = {}, void_ratio = {}", ""))), proposed=lambda entry, key: None)
+    assert alone.experiments == () and alone.notes[0].sentence.startswith("it cannot be read")
+
+
+def test_what_else_is_wrong_is_said_beside_questions(tmp_path):
+    found = examine(write(tmp_path, DRAINED, {}, (*NO_PRESSURE, ("workers = 1", 'wokers = 1'))))
+    assert len(found.questions) == 1 and any("wokers is not a key" in each.sentence for each in found.notes)

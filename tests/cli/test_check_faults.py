@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from graincal import Reference
+from graincal.campaign.description import _describe_reference, _restore_reference
 from graincal.campaign.doubt import LEVELS
 from graincal.campaign.examination import examine
 
@@ -116,3 +118,18 @@ def test_dense_noisy_rows_tell_no_wrong_sign(tmp_path):
     strain, noise = np.linspace(0, 0.1, rows), 2e-4 * np.random.default_rng(1).standard_normal(rows)
     columns = {"axial_strain": strain, "stress_ratio": 1 + 2.5 * strain / (0.005 + strain), "volumetric_strain": 0.1 * strain - strain**2 / 10 + noise, "void_ratio": 0 * strain + VOID_RATIO + strain / 100}
     assert examine(write(tmp_path, (columns, DRAINED[1]))).is_clear
+
+
+def test_how_a_reference_was_read_is_kept_for_programs(tmp_path):
+    folder = tmp_path
+    (folder / "q.csv").write_text("axial_strain,q [kPa],ev\n0,0,0\n0.01,100,-0.001\n0.02,200,-0.0005\n0.03,210,0.001\n")
+    columns = {"deviator_stress": "q [kPa]", "volumetric_strain": "ev"}
+    read = Reference.read(folder / "q.csv", columns=columns, strain="logarithmic", confining_pressure=100e3, until=0.02, compression={"volumetric_strain": "negative"})
+    assert (read.cut, read.at_pressure, read.turned, read.idle) == (True, ("stress_ratio",), ("volumetric_strain",), ())
+    whole = Reference.read(folder / "q.csv", columns=columns, strain="logarithmic", confining_pressure=100e3, until=0.2)
+    assert (whole.cut, whole.turned) == (False, ()) and len(whole.idle) == 1 and set(whole.idle) < set(whole.notes)
+    # A stress that is made with the pressure is an effect of it.
+    mean = Reference.read(folder / "q.csv", "axial_strain", ["mean_stress"], columns={"deviator_stress": "q [kPa]"}, strain="logarithmic", confining_pressure=100e3)
+    assert mean.at_pressure == ("mean_stress",)
+    kept = _restore_reference(_describe_reference(read))
+    assert (kept.cut, kept.at_pressure, kept.turned) == (read.cut, read.at_pressure, read.turned)

@@ -157,7 +157,7 @@ def shortened(text: str, method: str) -> str:
     """The calibration file with two unknowns, to end after few evaluations."""
     fixed = ", ".join(f"{name} = {value}" for name, value in FIXED.items())
     text = re.sub(r"\[parameters\].*?\n\n", lambda _: PARAMETERS + "\n", text, flags=re.S)
-    text = re.sub(r"(?m)^(model .*) \}$", rf"\1, fixed = {{ {fixed} }} }}", text)
+    text = text.replace("[experiment.model]", f"[experiment.model]\nfixed = {{ {fixed} }}")
     options = "packing_scatter = false\nfirst_batch = 12\nbatch = 4" if method == "posterior" else "alpha = 3"
     stop = "max_evaluations = 16" if method == "posterior" else "max_iterations = 1"
     text = text.replace('method = "posterior"', f'method = "{method}"\n{options}')

@@ -100,7 +100,7 @@ def test_what_the_user_knows_is_written(tmp_path: Path, monkeypatch: pytest.Monk
     assert experiment["reference"]["file"] == f'{tmp_path}/tests/a "good" test.csv'
     monkeypatch.chdir(tmp_path)
     relative = propose(understand('tests/a "good" test.csv'), packing="tests/packing.csv", folder="calibrations")
-    assert 'file        = "../tests/a \\"good\\" test.csv"' in relative and 'packing = "../tests/packing.csv"' in relative
+    assert 'file        = "../tests/a \\"good\\" test.csv"' in relative and tomllib.loads(relative)["experiment"][0]["model"]["packing"] == "../tests/packing.csv"
     assert experiment["reference"]["strain"] == "logarithmic"
     assert experiment["model"]["confining_pressure"] == 3e5
     assert '"?"' not in proposal.split("[[experiment]]")[1]

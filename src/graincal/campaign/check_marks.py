@@ -8,7 +8,7 @@ from graincal.campaign.doubt import Doubt
 from graincal.campaign.questions import comment_behind, comments_above
 
 PLACEHOLDER = 1e5
-"""Pa: what stands for a confining pressure that is not known."""
+"""Pa: what earlier versions of `graincal init` wrote for a confining pressure that is not known, beside the word CHECK."""
 
 # A sentence that speaks of lines which say CHECK is none of them.
 _CHECK = re.compile(r"(?<!say )(?<!says )\bCHECK\b")

@@ -99,6 +99,8 @@ def _describe_reference(reference: Reference) -> dict[str, Any]:
         # Left out where nothing is said.
         **({"control_step": reference.control_step} if reference.control_step else {}),
         **({"simulated": True} if reference.simulated else {}),
+        **({"cut": True} if reference.cut else {}),
+        **{key: list(said) for key in ("at_pressure", "turned") if (said := getattr(reference, key))},
     }
 
 
@@ -118,6 +120,9 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
         control_step=described.get("control_step", 0.0),
         simulated=described.get("simulated", False),
         notes=tuple(described["notes"]),
+        cut=described.get("cut", False),
+        at_pressure=tuple(described.get("at_pressure", ())),
+        turned=tuple(described.get("turned", ())),
     )
 
 

@@ -10,14 +10,13 @@ from graincal.campaign.experiment import Experiment
 from graincal.campaign.limits import limit_doubts
 from graincal.campaign.strain_doubts import strain_doubts
 from graincal.campaign.stress_doubts import stress_doubts
-from graincal.campaign.tested import Tested
+from graincal.campaign.tested import OTHER, Tested
 from graincal.campaign.void_ratio_doubts import void_ratio_doubts
 from graincal.data import Reference
 from graincal.execution import available_cores
 from graincal.inference.thinning import Thinning
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
-from graincal.laboratory.reading import sign_change
 from graincal.models import StressPathTest
 from graincal.models.contact_parameters import unusual_parameters
 from graincal.models.stress_path import unusual
@@ -97,7 +96,7 @@ def _large_errors(reference: Reference) -> list[Doubt]:
 
 def _constant(tested: Tested) -> list[Doubt]:
     """Known quantities that never change, where the test changes them."""
-    held = {"undrained": ("volumetric_strain", "void_ratio"), "constant-mean-stress": ("mean_stress",)}.get(tested.kind, ())
+    held = {"undrained": ("volumetric_strain", "void_ratio"), "constant-mean-stress": ("mean_stress",), OTHER: ("volumetric_strain", "void_ratio", "mean_stress")}.get(tested.kind, ())
     return [
         Doubt("constant-observable", f"{name} is {values[0]:.4g} in all {len(values)} rows: was it not measured, or is it another column?")
         for name, values in tested.reference.observables.items()
@@ -107,9 +106,9 @@ def _constant(tested: Tested) -> list[Doubt]:
 
 def _turn(reference: Reference) -> str:
     """How the reference is read with the other sign."""
-    if sign_change("volumetric_strain") in reference.notes:
-        return 'if the file counts contraction as positive, its reference needs compression = { volumetric_strain = "positive" }.'
-    return 'if the file counts contraction as negative, its reference needs compression = { volumetric_strain = "negative" }.'
+    name = "volume_change" if "volume_change" in reference.read_as and "volumetric_strain" not in reference.read_as else "volumetric_strain"
+    wanted = "positive" if name in reference.turned else "negative"
+    return f'if the file counts contraction as {wanted}, its reference needs compression = {{ {name} = "{wanted}" }}.'
 
 
 def _dilates_first(tested: Tested) -> list[Doubt]:

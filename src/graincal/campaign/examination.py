@@ -21,9 +21,11 @@ from graincal.campaign.questions import OpenQuestion, Proposed, open_questions, 
 from graincal.campaign.tested import OTHER, Tested
 from graincal.campaign.unused_keys import unused_in_experiment, unused_in_file
 from graincal.data import InputError, Reference
+from graincal.dem.packing import Packing
 from graincal.dem.preparation import OutOfReach
 from graincal.inference.thinning import Thinning
 from graincal.laboratory.decisions import Decision
+from graincal.laboratory.reading import selectable
 from graincal.models import UndrainedTest
 
 Evidence = Callable[[ExperimentEntry, Path], tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]]
@@ -32,6 +34,10 @@ Evidence = Callable[[ExperimentEntry, Path], tuple[Sequence[Decision], Sequence[
 
 PROPOSE: Callable[[Path], Proposed] = laboratory_evidence.propose
 EVIDENCE: Evidence = laboratory_evidence.evidence
+
+
+_STAND_INS = {"kind": "oedometric", "packing": "?", "particles": 1000, "void_ratio": 0.7, "confining_pressure": 1e5}
+"""What a model is validated with where these keys are open: nothing is computed of it. Of all kinds this one takes the most keys."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +49,14 @@ class Decided(Decision):
 
 @dataclass(frozen=True, eq=False)
 class Examined:
-    """An experiment as it was read. kept_states: as many as the likelihood sees of its reference. questions: the keys that are open and were answered by a proposal, or left out."""
+    """An experiment as it was read. kept_states: as many as the likelihood sees of its reference. questions: the keys that are open and were answered by a proposal, or left out. void_ratio: that of the packing, None where it is
+    not known."""
 
     entry: ExperimentEntry
     reference: Reference
     kept_states: int
     questions: tuple[str, ...] = ()
+    void_ratio: float | None = None
 
     @property
     def name(self) -> str:
@@ -56,11 +64,11 @@ class Examined:
 
     @property
     def tested(self) -> Tested:
-        """By what the entry says of the test; its packing is not read for that."""
+        """By what the entry says of the test."""
         model = self.entry.model
         if isinstance(model, FunctionModel):
             return Tested(self.reference, OTHER)
-        return Tested(self.reference, model.kind, model.confining_pressure, model.void_ratio)
+        return Tested(self.reference, model.kind, model.confining_pressure, self.void_ratio)
 
     def _shown(self) -> dict[str, dict[str, Any]]:
         """What follows from the observables and is not compared: the stress ratio of an undrained test, row by row."""
@@ -68,7 +76,7 @@ class Examined:
         if model.kind != UndrainedTest.kind or not {"deviatoric_stress", "excess_pore_pressure"} <= observables.keys():
             return {}
         q, pore, pressure = observables["deviatoric_stress"], observables["excess_pore_pressure"], model.confining_pressure
-        if np.any(pore >= pressure):
+        if pressure is None or np.any(pore >= pressure):
             return {}
         return {"stress_ratio": {**_ends(1 + q / (pressure - pore)), "compared": False}}
 
@@ -76,7 +84,7 @@ class Examined:
         """The experiment as `graincal check --json` has it: fractions and Pa."""
         return {
             "name": self.name,
-            "kind": self.entry.model.kind,
+            "kind": self.entry.model.kind or None,
             "confining_pressure": getattr(self.entry.model, "confining_pressure", None),
             "states": len(self.reference.control),
             "kept_states": self.kept_states,
@@ -112,7 +120,7 @@ class Examination:
         """What `graincal check --json` prints: a contract for programs."""
         return {
             "experiments": [each.as_json() for each in self.experiments],
-            "decided": [{"experiment": each.experiment, "what": each.what, "value": each.value, "because": each.because} for each in self.decided],
+            "decided": [{"experiment": each.experiment, "what": each.what, "value": each.value, "because": each.because, "by": each.by} for each in self.decided],
             "questions": [_question_as_json(each) for each in self.questions],
             "problems": [each.as_json() for each in self.problems],
             "notes": [each.as_json() for each in self.notes],
@@ -124,7 +132,7 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
     """Look at a calibration file and all that it names. Nothing is simulated but a packing that is to be prepared, and that neither while questions are open.
 
     more_runs: as in `read_calibration`. proposed: what is said to open questions, by default PROPOSE of the file's folder; a key without a proposal is left out, and where the file
-    cannot be read without it, there is nothing but the questions. evidence: what laboratory files say, by default EVIDENCE.
+    cannot be read without it, there are the questions and why. What is open of the kind, the grains and the confining pressure is not known then, and all else is examined. evidence: what laboratory files say, by default EVIDENCE.
     Raises InputError for a file that cannot be read, as `read_calibration`.
     """
     path = Path(path)
@@ -135,14 +143,28 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
         return _of_file(path, validated(path, content), source, more_runs, marks, evidence)
     content, questions = without_questions(content, questions, proposed or PROPOSE(folder))
     try:
-        file = validated(path, content)
-    except InputError:
-        return Examination(questions=questions, **_by_level(marks))
+        file = _with_unknowns(path, content, questions)
+    except InputError as error:
+        unread = [Doubt("unread-so-far", f"the file cannot be read before its questions are answered: {each.removeprefix(f'{path}: ')}") for each in str(error).splitlines()]
+        return Examination(questions=questions, **_by_level([*unread, *marks]))
     experiments, unread = _read_so_far(file, folder, questions)
     decided, problems, notes = _evidence(file, folder, evidence)
     found = [doubt for each in experiments for doubt in (*doubts_of_reference(each.tested, each.name), *unused_in_experiment(each.entry, each.reference))]
     found += [*unread, *unused_in_file(file), *marks, *_readings(experiments)]
     return _examination(experiments, decided, questions, found, problems, notes)
+
+
+def _with_unknowns(path: Path, content: dict[str, Any], questions: Sequence[OpenQuestion]) -> CalibrationFile:
+    """What the content of a file says whose questions were answered or left out. Keys of a model that a reference can do without are None where they were left out, and the kind is OTHER. Raises InputError, as `validated`."""
+    unknown: list[set[str]] = [set() for _ in content.get("experiment", ())]
+    for question in questions:
+        table, *keys = question.path[2:] if question.experiment is not None else ("",)
+        if table == "model" and keys and keys[0] in _STAND_INS and not question.proposed:
+            unknown[question.path[1]].add(keys[0])
+            content["experiment"][question.path[1]]["model"].setdefault(keys[0], _STAND_INS[keys[0]])
+    file = validated(path, content)
+    entries = [entry.model_copy(update={"model": entry.model.model_copy(update={key: OTHER if key == "kind" else None for key in keys})}) for entry, keys in zip(file.experiment, unknown)]
+    return file.model_copy(update={"experiment": entries})
 
 
 def _of_file(path: Path, file: CalibrationFile, source: str, more_runs: Sequence[Path], marks: list[Doubt], evidence: Evidence) -> Examination:
@@ -184,7 +206,21 @@ def _examined(entry: ExperimentEntry, folder: Path, file: CalibrationFile, quest
     except InputError as error:
         raise InputError(f'experiment "{entry.name}": {error}') from error
     thin = file.filter.method == POSTERIOR if file.filter.thin is None else file.filter.thin
-    return Examined(entry, reference, len(Thinning.of(reference, thin).kept.control), questions)
+    return Examined(entry, reference, len(Thinning.of(reference, thin).kept.control), questions, _void_ratio(entry, folder))
+
+
+def _void_ratio(entry: ExperimentEntry, folder: Path) -> float | None:
+    """That of the packing that is named, or to be prepared; of several, of the first."""
+    if isinstance(entry.model, FunctionModel):
+        return None
+    if not entry.model.packing:
+        return entry.model.void_ratio
+    names = [entry.model.packing] if isinstance(entry.model.packing, str) else entry.model.packing
+    try:
+        return Packing.read(folder / names[0]).void_ratio
+    except InputError:
+        # What is wrong with it is said where the calibration is made.
+        return None
 
 
 def _read_so_far(file: CalibrationFile, folder: Path, questions: Sequence[OpenQuestion]) -> tuple[list[Examined], list[Doubt]]:
@@ -197,9 +233,33 @@ def _read_so_far(file: CalibrationFile, folder: Path, questions: Sequence[OpenQu
         except InputError as error:
             if not asked:
                 raise
-            sentence = str(error).removeprefix(f'experiment "{entry.name}": ')
-            unread.append(Doubt("unread-so-far", f"it cannot be read before its questions are answered: {sentence}", entry.name))
+            sentence, part = str(error).removeprefix(f'experiment "{entry.name}": '), _readable(entry, folder)
+            what = f"{', '.join(entry.observables.keys() - part.observables.keys())} of it" if part else "it"
+            unread.append(Doubt("unread-so-far", f"{what} cannot be read before its questions are answered: {sentence}", entry.name))
+            experiments += [_examined(part, folder, file, asked)] if part else []
     return experiments, unread
+
+
+def _readable(entry: ExperimentEntry, folder: Path) -> ExperimentEntry | None:
+    """The entry with those of its observables that can be read, each by itself; None where that is none, or all of them."""
+
+    def can_be_read(name: str) -> bool:
+        try:
+            _of_part(entry, [name]).read_reference(folder)
+        except InputError:
+            return False
+        return True
+
+    kept = [name for name in entry.observables if can_be_read(name)] if entry.reference else []
+    return _of_part(entry, kept) if 0 < len(kept) < len(entry.observables) else None
+
+
+def _of_part(entry: ExperimentEntry, observables: Sequence[str]) -> ExperimentEntry:
+    """The entry with some of its observables alone, and what is said of their columns."""
+    reference, wanted = entry.reference, selectable((entry.control, *observables))
+    tables = {key: said for key in ("columns", "units", "strain", "compression") if isinstance(said := getattr(reference, key), dict)}
+    said = {key: {name: value for name, value in table.items() if name in wanted} for key, table in tables.items()} | {"zero": [name for name in reference.zero if name in wanted]}
+    return entry.model_copy(update={"observables": {name: entry.observables[name] for name in observables}, "reference": reference.model_copy(update=said)})
 
 
 def _out_of_reach(file: CalibrationFile, folder: Path) -> list[Doubt]:
@@ -226,7 +286,7 @@ def _evidence(file: CalibrationFile, folder: Path, evidence: Evidence) -> tuple[
     decided, problems, notes = [], [], []
     for entry in file.experiment:
         found, against, noted = evidence(entry, folder)
-        decided += [Decided(each.what, each.value, each.because, entry.name) for each in found]
+        decided += [Decided(each.what, each.value, each.because, each.by, entry.name) for each in found]
         problems += [replace(doubt, experiment=entry.name) for doubt in against]
         notes += [replace(doubt, experiment=entry.name) for doubt in noted]
     return decided, problems, notes
@@ -234,11 +294,11 @@ def _evidence(file: CalibrationFile, folder: Path, evidence: Evidence) -> tuple[
 
 def _readings(experiments: Sequence[Examined]) -> list[Doubt]:
     """What was done with the files as they were read."""
-    return [Doubt("key-without-effect" if note.startswith("nothing is left out by until") else "reading", note, each.name) for each in experiments for note in each.reference.notes]
+    return [Doubt("key-without-effect" if note in each.reference.idle else "reading", note, each.name) for each in experiments for note in each.reference.notes]
 
 
 def _question_as_json(question: OpenQuestion) -> dict[str, Any]:
-    return {"experiment": question.experiment, "key": question.key, "question": question.sentence, "answers": list(question.answers), "proposed": question.proposed or None}
+    return {"experiment": question.experiment, "key": question.key, "line": question.line, "question": question.asked, "answers": list(question.answers), "proposed": question.proposed or None}
 
 
 def _ends(values: NDArray[np.float64]) -> dict[str, float]:

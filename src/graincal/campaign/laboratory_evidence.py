@@ -12,26 +12,30 @@ from graincal.campaign.doubt import Doubt
 from graincal.data import InputError
 from graincal.laboratory import Decision, Known, Understanding, understand
 from graincal.laboratory.decisions import UNANSWERED
+from graincal.laboratory.quantities import DIMENSIONS
 
 from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, TriaxialTest
 
 if TYPE_CHECKING:
     from graincal.campaign.config import ExperimentEntry, ReferenceFile
 
+_CODES = {"proof": "contradicts-file", "words": "contradicts-words"}
 PRESSURES_APART = 0.03
 """A confining pressure is that of the file within this part of it."""
 
 
 def evidence(entry: ExperimentEntry, folder: Path) -> tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]:
-    """What the file proves by itself, told nothing but its columns and units: decisions, what contradicts the entry, and notes (none)."""
+    """What the file decides by itself, told nothing but its columns and units: decisions, problems where what it proves contradicts the entry, and notes where its words do."""
     if entry.reference is None or entry.model.kind == "python":
         return (), (), ()
     found = _understood(folder / entry.reference.file, _known(entry.reference.model_dump()))
     if found is None:
         return (), (), ()
-    stated = {decision.what: decision for decision in found.decided}
-    against = [Doubt("contradicts-file", f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}.") for said, decision in _contradicted(entry, stated, found.lateral_is_known)]
-    return tuple(decision for decision in found.decided if decision.because != "you gave it"), against, ()
+    stated = {decision.what: decision for decision in found.decided if decision.by != "person"}
+    against = {"proof": [], "words": []}
+    for said, decision in _contradicted(entry, stated, found.lateral_is_known):
+        against[decision.by].append(Doubt(_CODES[decision.by], f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}."))
+    return tuple(stated.values()), against["proof"], against["words"]
 
 
 def propose(folder: Path) -> Callable[[dict[str, Any], tuple[str | int, ...]], Any]:
@@ -50,7 +54,7 @@ def _proposal(found: Understanding, path: list[str]) -> Any:
     """The proposal for a key, that the file is likely to mean; None without one."""
     table, key, rest = path[0], path[1] if len(path) > 1 else "", path[2:]
     if table == "model" and key == "kind":
-        return found.proposed("kind") or None
+        return found.proposed("kind") or (None if found.kind == UNANSWERED else found.kind)
     if table == "model" and key in ("confining_pressure", "void_ratio"):
         value = found.proposed(key) or (found.confining_pressure if key == "confining_pressure" else found.void_ratio)
         return float(value) if value else None
@@ -59,9 +63,10 @@ def _proposal(found: Understanding, path: list[str]) -> Any:
     names = [f"{key}.{rest[0]}"] if rest else []
     if key == "strain":
         names += ["strain", *(question.key for question in found.questions if question.key.startswith("strain."))]
-    if key == "units":
-        names.append("units.stresses")
-    return next((value for name in names or [key] if (value := found.proposed(name))), None)
+    if key == "units" and rest and DIMENSIONS.get(rest[0]) == "pressure":
+        names += ["units.stresses", "units"]
+    decided = {decision.what: decision.value for decision in found.decided}
+    return next((value for name in names or [key] if (value := found.proposed(name) or decided.get(name))), None)
 
 
 def _of_content(entry: Mapping[str, Any], folder: Path) -> Understanding | None:
@@ -106,7 +111,7 @@ def _contradicted(entry: ExperimentEntry, stated: Mapping[str, Decision], latera
     found, reference, model = [], entry.reference, entry.model
     # A change of volume alone tells a drained test, and not what its lateral stress does.
     drained = not lateral_is_known and {model.kind, stated["kind"].value if "kind" in stated else ""} <= {TriaxialTest.kind, ConstantMeanStressTest.kind}
-    if (decision := stated.get("kind")) and decision.value != model.kind and model.kind != "table" and not drained:
+    if (decision := stated.get("kind")) and decision.value != model.kind and model.kind not in ("", "table") and not drained:
         found.append((f"kind = {model.kind}", decision))
     pressure = getattr(model, "confining_pressure", None)
     # A compression may begin at any stress of its path.

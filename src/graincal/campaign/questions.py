@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from graincal.campaign.section import place
-from graincal.laboratory.decisions import UNANSWERED, Question
+from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.laboratory.units import UNITS
 
@@ -21,6 +21,9 @@ _WRITTEN = re.compile(r"\"\?\"|'\?'")
 _TEXT = re.compile(r"\"(?:\\.|[^\"\\])*\"|'[^']*'")
 _WORDS = {"strain": ("engineering", "logarithmic"), "compression": ("positive", "negative")}
 _MOST_WORDS = 6
+_KEY = re.compile(r"([\w-]+)\s*=")
+_ONE_OF, _LIKELY = re.compile(r'One of: ((?:"[^"]*"(?:, )?)+)\.?'), re.compile(r'Likely: "([^"]*)"\.?')
+"""What `graincal init` writes behind a question: the answers that are possible, and the likely one."""
 
 
 @dataclass(frozen=True)
@@ -48,20 +51,25 @@ class OpenQuestion:
                 return answers
         if "units" in words:
             return tuple(symbol for symbol, unit in UNITS.items() if DIMENSIONS.get(words[-1]) in (None, unit.dimension))
-        return tuple(dict.fromkeys(re.findall(r'"([^"?]+)"', self.comment)))[:_MOST_WORDS]
+        listed = _ONE_OF.search(self.comment)
+        return tuple(dict.fromkeys(re.findall(r'"([^"?]+)"', listed[1] if listed else _LIKELY.sub("", self.comment))))[:_MOST_WORDS]
+
+    @property
+    def asked(self) -> str:
+        """What is asked, as the file says it, and what is likely."""
+        said = " ".join(_LIKELY.sub("", _ONE_OF.sub("", self.comment)).split()) or f"What is {self.key}?"
+        likely = self.proposed or ((found := _LIKELY.search(self.comment)) and found[1])
+        return f"{said}{'' if said[-1] in '.?!' else '.'}" + (f" Likely: {likely}." if likely else "")
 
     @property
     def sentence(self) -> str:
-        """What is asked, with the key and what the file says of it."""
+        """What is asked, with the place of the key and what the file says of it."""
         at = f" (line {self.line})" if self.line else ""
-        said = f": {self.comment.rstrip('.:')}" if self.comment else f"; one of {', '.join(self.answers)} is possible" if self.answers else ""
+        # What is likely by the laboratory file is said by whoever knows it.
+        comment = _LIKELY.sub("", self.comment).strip() if self.proposed else self.comment
+        said = f": {comment.rstrip('.:')}" if comment else f"; one of {', '.join(self.answers)} is possible" if self.answers else ""
         end = "" if said.endswith("?") else "."
         return f'{self.place} is an open question{at}{said}{end} Write the answer in the place of "?".'
-
-    @property
-    def question(self) -> Question:
-        """As a record of the laboratory's."""
-        return Question(self.key, self.sentence, self.answers, self.proposed)
 
 
 def open_questions(source: str, content: Mapping[str, Any]) -> tuple[OpenQuestion, ...]:
@@ -75,7 +83,7 @@ def open_questions(source: str, content: Mapping[str, Any]) -> tuple[OpenQuestio
         entry = experiments[path[1]] if isinstance(experiments, list) and len(path) > 2 and isinstance(path[1], int) else None
         name = entry.get("name") if isinstance(entry, dict) else None
         experiment = None if entry is None else name if isinstance(name, str) else str(path[1] + 1)
-        found.append(OpenQuestion(path, place(path, content), experiment, line, _comment(lines, line) if line else ""))
+        found.append(OpenQuestion(path, place(path, content), experiment, line, _comment(lines, line, path) if line else ""))
     return tuple(found)
 
 
@@ -168,6 +176,24 @@ def comments_above(lines: Sequence[str], number: int) -> list[tuple[int, str]]:
     return found
 
 
-def _comment(lines: Sequence[str], number: int) -> str:
-    """All that the file says of a line, as one text."""
-    return " ".join(text for text in (*(said for _, said in comments_above(lines, number)), comment_behind(lines[number - 1])) if text)
+def _comment(lines: Sequence[str], number: int, path: tuple[str | int, ...]) -> str:
+    """What the file says of a key on a line, by the keys on the way to it, as one text.
+
+    Where a line holds several keys: what names this one; else what names a table on the line that it is in, and no other key; else what names no key of the line.
+    """
+    line = lines[number - 1]
+    said = [text for text in (*(above for _, above in comments_above(lines, number)), comment_behind(line)) if text]
+    on_line = _KEY.findall(_TEXT.sub('""', line).partition("#")[0])
+    own = [key for key in path if isinstance(key, str) and key in on_line]
+    if len(on_line) < 2 or not own:
+        return " ".join(said)
+    others = [key for key in on_line if key not in own]
+    plain = [text for text in said if not any(_names(text, key) for key in others)]
+    choices = ([text for text in said if _names(text, own[-1])], [text for text in plain if any(_names(text, key) for key in own)], plain)
+    return " ".join(next(filter(None, choices), ()))
+
+
+def _names(text: str, key: str) -> bool:
+    """Whether a comment speaks of a key, by its name or in words; names of columns are none."""
+    text = re.sub(r"'[^']*'", "", text)
+    return re.search(rf"\b(?:{re.escape(key.removesuffix('s'))}|{re.escape(key.removesuffix('s').replace('_', ' '))})s?\b", text, re.IGNORECASE) is not None

@@ -29,7 +29,7 @@ def _axial(tested: Tested) -> list[Doubt]:
         return []
     name, first, last = tested.reference.control_name, float(tested.control[0]), float(np.abs(tested.control).max())
     said = []
-    if tested.shear and last < SMALLEST and not tested.cut:
+    if tested.shear and last < SMALLEST and not tested.reference.cut:
         text = f"{name} goes to {last:.4g}, {100 * last:.3g} %, and a shear test goes to some percent: is it too small by 100, as a strain in percent that is divided by 100 once more?"
         said.append(Doubt("strain-too-small", f"{text} Where the test is as short as that, accept it."))
     if last > LARGEST:

@@ -189,8 +189,7 @@ def _of_control(tested: Tested) -> list[Doubt]:
 
 def _lateral_stress(tested: Tested) -> list[Doubt]:
     """That a constant lateral stress made the stress ratio of a test whose lateral stress is not constant."""
-    constant = any(note.startswith("stress_ratio was computed from") and "at a confining pressure" in note for note in tested.reference.notes)
-    if not constant or tested.kind not in (UndrainedTest.kind, ConstantMeanStressTest.kind, "oedometric"):
+    if "stress_ratio" not in tested.reference.at_pressure or tested.kind not in (UndrainedTest.kind, ConstantMeanStressTest.kind, "oedometric"):
         return []
     text = "the stress ratio is made of a stress and a constant lateral stress, and that changes in this test"
     return [Doubt("lateral-stress-not-constant", f"{text}: compare deviatoric_stress instead, or name a column of σ1/σ3.")]

@@ -70,11 +70,6 @@ class Tested:
         """Whether the first row is the beginning of shear."""
         return self.by_strain and abs(self.control[0]) <= AT_REST
 
-    @property
-    def cut(self) -> bool:
-        """Whether rows were left out beyond a last value that somebody chose."""
-        return any("left out beyond until" in note for note in self.reference.notes)
-
     def observable(self, name: str) -> NDArray[np.float64] | None:
         """Its values (T,), if it was measured."""
         return self.reference.observables.get(name)

@@ -9,6 +9,7 @@ from graincal.data import Reference
 from graincal.laboratory.quantities import COMPRESSED, SIGNED, STRAINS
 from graincal.models import TriaxialTest
 from graincal.models import stress_path
+from graincal.positions import POSITION
 
 _UNUSED = "key-without-effect"
 
@@ -60,11 +61,11 @@ def _pressure(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     said = entry.reference.confining_pressure
     if said is None:
         return []
-    used = any(note.startswith("stress_ratio was computed from") and "at a confining pressure" in note for note in reference.notes)
     model = None if isinstance(entry.model, FunctionModel) else entry.model.confining_pressure
     if model is not None and entry.model.kind == TriaxialTest.kind and abs(said / model - 1) > 0.01:
         text = f"reference.confining_pressure is {said:g} Pa and model.confining_pressure {model:g} Pa: the test would be simulated at another pressure than it was made at."
         return [Doubt("other-pressure", text)]
-    if not used:
-        return [Doubt(_UNUSED, "reference.confining_pressure changes nothing: no stress ratio is made with it.")]
+    # A position along a path counts from it.
+    if not reference.at_pressure and entry.control != POSITION:
+        return [Doubt(_UNUSED, "reference.confining_pressure changes nothing: no stress is made with it.")]
     return []

@@ -22,7 +22,7 @@ UNANSWERED = 2
 def check(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
     plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; nothing is run for it.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; no evaluation is run for it, but a packing may have to be prepared.")] = False,
 ) -> None:
     """Read a calibration file and all that it names, draw what was read, say what speaks against it and how long the calibration will take.
 
@@ -121,8 +121,8 @@ def _draw(found: Examination, plot: Path, *, quiet: bool) -> None:
 def _describe_so_far(experiment: Examined) -> list[str]:
     """An experiment whose model cannot be made yet."""
     asked = f" (open: {', '.join(experiment.questions)})" if experiment.questions else ""
-    reference = experiment.reference
-    return [f'experiment "{experiment.name}", {experiment.entry.model.kind}{asked}', *_describe_reference(reference), *(f"  {note}" for note in reference.notes)]
+    reference, kind = experiment.reference, experiment.entry.model.kind or "of a kind that is open"
+    return [f'experiment "{experiment.name}", {kind}{asked}', *_describe_reference(reference), *(f"  {note}" for note in reference.notes)]
 
 
 def _describe(experiment: Experiment, method: str) -> list[str]:

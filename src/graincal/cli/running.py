@@ -33,7 +33,7 @@ def accepted(file: Path, found: Examination, *, accept: bool) -> tuple[Calibrati
         raise InputError("\n".join(f"{file}: {question.sentence}" for question in found.questions))
     if found.problems and not (accept and found.calibration):
         are, them = ("is 1 problem", "it") if len(found.problems) == 1 else (f"are {len(found.problems)} problems", "them")
-        then = f"mend the file, or go on in spite of {them} by --accept" if found.calibration else "mend the file"
+        then = f"correct the file, or go on in spite of {them} by --accept" if found.calibration else "correct the file"
         raise InputError("\n".join([f"{file}: not calibrated, for there {are}; {then}:", *(f"  {problem}" for problem in found.problems)]))
     return found.calibration, found.problems
 
@@ -45,7 +45,7 @@ def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: b
         result = start([progress])
     show(result, folder, console)
     if result.failed.all():
-        raise InputError(f"{folder}: every evaluation failed, so nothing was calibrated; mend what the reasons name and begin again in a new folder.")
+        raise InputError(f"{folder}: every evaluation failed, so nothing was calibrated; correct what the reasons name and begin again in a new folder.")
     return result
 
 

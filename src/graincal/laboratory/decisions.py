@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 
 UNANSWERED = "?"
@@ -11,11 +12,15 @@ UNANSWERED = "?"
 
 @dataclass(frozen=True)
 class Decision:
-    """A value that the file proves: `what` is the key of a calibration file that it stands under, `because` the proof, as the end of a sentence."""
+    """A value that the file decides: `what` is the key of a calibration file that it stands under, `because` the proof, as the end of a sentence.
+
+    by: "proof" of its numbers or its form; its "words", a remark or a name, which may be wrong; or the "person" who said it.
+    """
 
     what: str
     value: str
     because: str
+    by: Literal["proof", "words", "person"] = "proof"
 
     def __str__(self) -> str:
         value = self.value if any(map(str.isalnum, self.value)) else f'"{self.value}"'

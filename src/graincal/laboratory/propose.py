@@ -17,10 +17,11 @@ from graincal.inference import DEFAULT_METHOD
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.describe import describe, describe_table, list_columns
-from graincal.laboratory.quantities import STRAINS, STRESS_FORMS, VOID_RATIOS
+from graincal.laboratory.quantities import DIMENSIONS, STRAINS, STRESS_FORMS, VOID_RATIOS
 from graincal.laboratory.stresses import weights
 from graincal.laboratory.table import Table
 from graincal.laboratory.understanding import Understanding
+from graincal.laboratory.understanding.kinds import KINDS
 from graincal.laboratory.understanding.strains import of_void_ratio, void_ratio_of
 
 VOID_RATIO_ERROR = 0.001
@@ -82,7 +83,8 @@ def propose(
     blocks = [
         _introduction([*describe(_by_name(found))]),
         _parameters(space or ParameterSpace.paper()),
-        "\n".join([*_experiment(found), *_model(found, packing, folder, preparation)]),
+        "\n".join(_experiment(found)),
+        _model(found, packing, folder, preparation),
         _reference(found, folder),
         *_settings(),
     ]
@@ -102,7 +104,12 @@ def propose_unknown(
     shown = replace(table, path=Path(table.path).name)
     void_ratio = UNANSWERED if preparation.void_ratio is None else preparation.void_ratio
     grains = {"packing": _packing(packing, folder)} if packing else preparation.table(void_ratio, folder)
-    model = {"kind": "triaxial", **grains, "confining_pressure": UNANSWERED}
+    model = {"kind": UNANSWERED, **grains, "confining_pressure": UNANSWERED}
+    said = {
+        "kind": [f"# Which kind of test is it? triaxial is drained. One of: {', '.join(map(_quote, KINDS))}."],
+        "void_ratio": [f"# {line}" for line in preparation.because or ("What is the void ratio before shearing?",)],
+        "confining_pressure": ["# What is the confining pressure, as an effective stress in Pa?"],
+    }
     blocks = [
         _introduction([*describe_table(shown), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]),
         _parameters(space or ParameterSpace.paper()),
@@ -112,21 +119,20 @@ def propose_unknown(
                 f"name        = {_quote(Path(table.path).stem)}",
                 'control     = "axial_strain"',
                 "observables = { stress_ratio = { relative_error = 0.01 }, volumetric_strain = { measurement_error = 0.001 } }",
-                *(f"# {line}" for line in preparation.because),
-                f"model       = {_inline(model)}",
             ]
         ),
+        _table("experiment.model", model, said),
         "\n".join(
             [
                 "[experiment.reference]",
                 f"file        = {_quote(name)}",
                 "# Which columns are these: numbers as above, or names? Take out what the file has not.",
                 f'columns     = {{ axial_strain = "{UNANSWERED}", deviator_stress = "{UNANSWERED}", volumetric_strain = "{UNANSWERED}" }}',
-                '# In which units: "%", "-", "kPa", "MPa", "psi", ...',
+                '# In which units are they: "%", "-", "kPa", "MPa", "psi" or another?',
                 f'units       = {{ axial_strain = "{UNANSWERED}", deviator_stress = "{UNANSWERED}", volumetric_strain = "{UNANSWERED}" }}',
-                '# "engineering" or "logarithmic"',
+                "# How were strains computed: engineering or logarithmic?",
                 f'strain      = "{UNANSWERED}"',
-                '# "positive" or "negative": the sign of compression',
+                "# Which sign has compression: positive or negative?",
                 f'compression = "{UNANSWERED}"',
             ]
         ),
@@ -220,34 +226,45 @@ def _values(found: Understanding, quantity: str) -> NDArray[np.float64] | None:
 
 
 def _asks(found: Understanding, *keys: str) -> list[str]:
-    """The questions under keys, as comments."""
-    return [f"# {question.sentence}" + (f' One of: {", ".join(map(_quote, question.answers))}.' if question.answers else "") + (f" Likely: {_quote(question.proposed)}." if question.proposed else "") for question in found.questions if question.key in keys or question.key.split(".")[0] in keys]
+    """The questions under keys, as comments. Those of one among several keys on a line begin with it."""
+    return [f"# {_key_on_line(question.key)}{question.sentence}" + (f' One of: {", ".join(map(_quote, question.answers))}.' if question.answers else "") + (f" Likely: {_quote(question.proposed)}." if question.proposed else "") for question in found.questions if question.key in keys or question.key.split(".")[0] in keys]
 
 
-def _model(found: Understanding, packing: str | os.PathLike[str] | None, folder: str | os.PathLike[str] | None, preparation: Preparation) -> list[str]:
-    """The lines of the model, with its packing."""
-    remarks, grains = ([], {"packing": _packing(packing, folder)}) if packing is not None else _grains(found, folder, preparation)
-    keys: dict[str, Any] = {"kind": found.kind, **grains}
+def _key_on_line(key: str) -> str:
+    _, _, quantity = key.partition(".")
+    return f"{quantity}: " if quantity in DIMENSIONS else ""
+
+
+def _model(found: Understanding, packing: str | os.PathLike[str] | None, folder: str | os.PathLike[str] | None, preparation: Preparation) -> str:
+    """The table of the model, with its packing: each key with what is asked or said of it above."""
+    remarks, grains = ({}, {"packing": _packing(packing, folder)}) if packing is not None else _grains(found, folder, preparation)
     asked = {question.key for question in found.questions}
-    keys["confining_pressure"] = UNANSWERED if "confining_pressure" in asked else found.confining_pressure
+    keys: dict[str, Any] = {"kind": found.kind, **grains, "confining_pressure": UNANSWERED if "confining_pressure" in asked else found.confining_pressure}
     if found.turns:
         keys["turns"] = list(found.turns)
-    said = [] if "confining_pressure" in asked else ["# The confining pressure in Pa: " + ("as you gave it." if found.known.confining_pressure else "as the file says.")]
-    return [*_asks(found, "kind", "confining_pressure", "void_ratio"), *said, *remarks, f"model       = {_inline(keys)}"]
+    if "confining_pressure" not in asked:
+        remarks["confining_pressure"] = ["# In Pa: " + ("as you gave it." if found.known.confining_pressure else "as the file says.")]
+    return _table("experiment.model", keys, {key: [*_asks(found, key), *remarks.get(key, ())] for key in keys})
 
 
-def _grains(found: Understanding, folder: str | os.PathLike[str] | None, preparation: Preparation) -> tuple[list[str], dict[str, Any]]:
-    """A packing to prepare."""
+def _grains(found: Understanding, folder: str | os.PathLike[str] | None, preparation: Preparation) -> tuple[dict[str, list[str]], dict[str, Any]]:
+    """A packing to prepare: what is said of its keys, and the keys."""
     asked = any(question.key == "void_ratio" for question in found.questions)
-    said = "as you gave it" if found.known.void_ratio else "as the file says" if found.void_ratio else "asked"
+    said = ("as you gave it" if found.known.void_ratio else "as the file says",) if found.void_ratio and not asked else ()
     void_ratio = preparation.void_ratio or (UNANSWERED if asked or not found.void_ratio else found.void_ratio)
     grading = "as you gave it." if preparation.grading != Preparation.grading else "CHECK, that of Toyoura sand unless you give another."
-    remarks = [
-        *(f"# {line}" for line in preparation.because or (f"The void ratio before shearing: {said}.",)),
-        f"# The grading: {grading}",
-        "# More particles are closer to the sand and cost in proportion.",
-    ]
+    remarks = {
+        "particles": ["# More are closer to the sand and cost in proportion."],
+        "void_ratio": [f"# {line}" for line in preparation.because or (f"Before shearing: {each}." for each in said)],
+        "grading": [f"# The grading: {grading}"],
+    }
     return remarks, preparation.table(void_ratio, folder)
+
+
+def _table(name: str, keys: Mapping[str, Any], said: Mapping[str, list[str]]) -> str:
+    """A table with one key a line, below its comments."""
+    width = max(map(len, keys))
+    return "\n".join([f"[{name}]", *(line for key, value in keys.items() for line in (*said.get(key, ()), f"{key:{width}} = {_value(value)}"))])
 
 
 def _packing(packing: str | os.PathLike[str], folder: str | os.PathLike[str] | None) -> str:

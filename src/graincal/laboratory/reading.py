@@ -129,6 +129,10 @@ def read_reference(
         control_step=control_step or 0.0,
         simulated=simulated,
         read_as=tuple(dict.fromkeys(column.quantity for column in found)),
+        cut=compared.stop is not None,
+        at_pressure=tuple(name for name, source in sources.items() if source.at_pressure),
+        turned=tuple(dict.fromkeys(column.quantity for column in found if conventions.is_reversed(column.quantity))),
+        idle=tuple(cut) if compared.stop is None else (),
         notes=(
             *chosen,
             *_gaps(table, found, printed, complete),
@@ -319,13 +323,8 @@ def _conversions(sources: Mapping[str, Source], found: Sequence[Column], convent
         if conventions.is_engineering(column.quantity):
             notes.append(f"{column.quantity} is given as engineering strain and was converted to logarithmic strain.")
         if conventions.is_reversed(column.quantity):
-            notes.append(sign_change(column.quantity))
+            notes.append(f"{column.quantity} is given with compression negative, and its sign was changed.")
     return notes + [source.note for source in sources.values() if source.note]
-
-
-def sign_change(quantity: str) -> str:
-    """The note on a quantity whose sign was turned."""
-    return f"{quantity} is given with compression negative, and its sign was changed."
 
 
 def _open_measures(plain: Mapping[str, NDArray[np.float64]], conventions: Conventions) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,14 @@ EXTENSION = "axial_extension"
 
 @dataclass(frozen=True)
 class Source:
-    """Where a wanted quantity comes from: `make` gives it, (T,), of the plain values of the columns by their keys. `note`: how, empty for its own column."""
+    """Where a wanted quantity comes from: `make` gives it, (T,), of the plain values of the columns by their keys. `note`: how, empty for its own column. `at_pressure`: whether a constant lateral
+    stress goes into it."""
 
     name: str
     columns: tuple[Column, ...]
     make: Callable[[Values], NDArray[np.float64]]
     note: str
+    at_pressure: bool = field(default=False, kw_only=True)
 
 
 def find_source(table: Table, name: str, conventions: Conventions, confining_pressure: float | None) -> Source:
@@ -119,7 +121,7 @@ def _weighted(name: str, columns: list[Column], found: NDArray[np.float64], conf
 
     kept = tuple(column for column, _ in used)
     at = f" at a confining pressure of {confining_pressure:g} Pa" if constant else ""
-    return Source(name, kept, make, f"{name} was computed from {_listed(kept)}{at}." if kept else "")
+    return Source(name, kept, make, f"{name} was computed from {_listed(kept)}{at}." if kept else "", at_pressure=bool(constant))
 
 
 def stress_columns(table: Table, conventions: Conventions) -> list[Column]:
@@ -157,7 +159,7 @@ def _stress_ratio(table: Table, conventions: Conventions, confining_pressure: fl
         return _two_stresses(table, replace_columns(conventions, {column.quantity, "lateral_stress"}), confining_pressure)
     at = f" at a confining pressure of {confining_pressure:g} Pa" if measure.needs_confining_pressure and confining_pressure else ""
     note = f"stress_ratio was computed from {column.quantity}, column {column.label}{at}."
-    return Source("stress_ratio", (column,), lambda values: _measured_ratio(table, column, values[column.key], confining_pressure), note)
+    return Source("stress_ratio", (column,), lambda values: _measured_ratio(table, column, values[column.key], confining_pressure), note, at_pressure=bool(at))
 
 
 def replace_columns(conventions: Conventions, names: set[str]) -> Conventions:
@@ -184,7 +186,7 @@ def _two_stresses(table: Table, conventions: Conventions, confining_pressure: fl
         return ratio
 
     at = f" at a confining pressure of {confining_pressure:g} Pa" if confining_pressure and not lateral.columns else ""
-    return Source("stress_ratio", columns, make, f"stress_ratio was computed from {_listed(columns)}{at or ', row by row'}.")
+    return Source("stress_ratio", columns, make, f"stress_ratio was computed from {_listed(columns)}{at or ', row by row'}.", at_pressure=axial.at_pressure or lateral.at_pressure)
 
 
 def _measured_ratio(table: Table, column: Column, stress: NDArray[np.float64], confining_pressure: float | None) -> NDArray[np.float64]:
