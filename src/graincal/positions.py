@@ -17,18 +17,25 @@ POSITION = "position"
 """The control whose values are positions: of the axial stress, or of the mean stress."""
 
 
-def positions(stresses: ArrayLike, start: float) -> NDArray[np.float64]:
+def positions(stresses: ArrayLike, start: float, within: float = 0.0) -> NDArray[np.float64]:
     """How far a path has gone at each of the stresses (T,) that it comes to one after the other, from `start`, in the same unit; where a stress is repeated, a
-    position is too. Raises InputError for stresses that are not above 0."""
-    return np.abs(np.diff(_logarithms(stresses, start), prepend=0.0)).cumsum()
+    position is too. A path that goes back by no more than `within`, of ln σ, goes on the same way: the position of such a row is below that of rows before it.
+    Raises InputError for stresses that are not above 0."""
+    logs = _logarithms(stresses, start)
+    if not within:
+        return np.abs(np.diff(logs, prepend=0.0)).cumsum()
+    turned, way = _turned(logs, within)
+    corners, ways = np.append(0.0, logs[turned]), way * (-1.0) ** np.arange(len(turned) + 1)
+    passed = np.abs(np.diff(corners, prepend=0.0)).cumsum()
+    leg = np.searchsorted(turned, np.arange(len(logs)), side="left")
+    # A row that lies behind the start has not left it.
+    return np.maximum(passed[leg] + ways[leg] * (logs - corners[leg]), 0.0)
 
 
-def turning_points(stresses: ArrayLike, start: float) -> tuple[float, ...]:
-    """Those of the stresses (T,) at which their path from `start` turns around. Raises InputError for stresses that are not above 0."""
-    ways = np.sign(np.diff(_logarithms(stresses, start), prepend=0.0))
-    moving = np.flatnonzero(ways)
-    # The last row of the leg, also where the stress then stood still.
-    turned = moving[:-1][np.diff(ways[moving]) != 0]
+def turning_points(stresses: ArrayLike, start: float, within: float = 0.0) -> tuple[float, ...]:
+    """Those of the stresses (T,) at which their path from `start` turns around, to go back by more than `within`, of ln σ. Raises InputError for stresses that are
+    not above 0."""
+    turned, _ = _turned(_logarithms(stresses, start), within)
     return tuple(float(stress) for stress in np.asarray(stresses, dtype=np.float64)[turned])
 
 
@@ -55,6 +62,25 @@ def legs(values: ArrayLike) -> list[slice]:
     moving = np.flatnonzero(ways)
     ends = [0, *moving[1:][np.diff(ways[moving]) != 0], len(ways)]
     return [slice(int(first), int(last) + 1) for first, last in zip(ends, ends[1:])]
+
+
+def _turned(logs: NDArray[np.float64], within: float) -> tuple[NDArray[np.intp], float]:
+    """The rows at which a path (T,) from 0 turns around to go back by more than `within`, and its first way, 1.0 up or -1.0 down: the furthest row of each leg, and the last
+    of several, also where the stress then stood still."""
+    turned: list[int] = []
+    way, first, furthest, at, low, high = 0.0, 1.0, 0.0, -1, 0.0, 0.0
+    for row, value in enumerate(logs.tolist()):
+        if not way:
+            low, high = min(low, value), max(high, value)
+            if value - low > within or high - value > within:
+                way = first = 1.0 if value - low > within else -1.0
+                furthest, at = value, row
+        elif way * (value - furthest) >= 0:
+            furthest, at = value, row
+        elif way * (furthest - value) > within:
+            turned.append(at)
+            way, furthest, at = -way, value, row
+    return np.array(turned, dtype=np.intp), first
 
 
 def _logarithms(stresses: ArrayLike, start: float) -> NDArray[np.float64]:

@@ -6,11 +6,14 @@ import re
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 
 from graincal.data import InputError
+
+
+Said = TypeVar("Said")
 
 
 class Strain(str, Enum):
@@ -48,16 +51,12 @@ def said_of_file(
         raise InputError(f"--{option} says how the file of {beside} is read, and that is missing.")
     if option and file.suffix == ".toml":
         raise InputError(f"{file}: a calibration file says itself how its laboratory files are read, so --{option} cannot stand beside it.")
-    named = [named_column(each) for each in column or ()]
-    signed = [_sign(each) for each in compression or ()]
-    for option, quantities in (("--column", [quantity for quantity, _ in named]), ("--compression", [quantity for quantity, _ in signed])):
-        if twice := next((quantity for quantity in quantities if quantities.count(quantity) > 1), None):
-            raise InputError(f"{option} names {twice} twice, and each quantity once was expected.")
+    named = named_columns(column)
     said = {
-        "columns": {quantity: place for quantity, (place, _) in named},
-        "units": {quantity: unit for quantity, (_, unit) in named if unit is not None},
+        "columns": {quantity: place for quantity, (place, _) in named.items()},
+        "units": {quantity: unit for quantity, (_, unit) in named.items() if unit is not None},
         "strain": strain and strain.value,
-        "compression": dict(signed),
+        "compression": signs(compression),
         "stage": stage,
         "rows": first_and_last(rows),
         "sheet": sheet,
@@ -65,7 +64,12 @@ def said_of_file(
     return {key: value for key, value in said.items() if value}
 
 
-def named_column(text: str) -> tuple[str, tuple[str | int, str | None]]:
+def named_columns(column: Sequence[str] | None) -> dict[str, tuple[str | int, str | None]]:
+    """The columns and units of --column, by quantity. Raises InputError for a quantity that is named twice."""
+    return _each_once("--column", [_named_column(each) for each in column or ()])
+
+
+def _named_column(text: str) -> tuple[str, tuple[str | int, str | None]]:
     """A quantity with its column and unit: `axial_strain=2:%`. A unit stands behind the last colon, if one that is known does."""
     from graincal.laboratory.units import find_unit
 
@@ -74,7 +78,7 @@ def named_column(text: str) -> tuple[str, tuple[str | int, str | None]]:
     if not equals or not quantity or not place:
         raise InputError(f"--column must be a quantity and its column, such as axial_strain=2:%, not {text!r}.")
     before, colon, behind = place.rpartition(":")
-    if colon and before and (find_unit(behind) is not None and behind.strip() or before.strip().isdigit()):
+    if colon and before and (find_unit(behind) is not None and behind.strip() or before.strip().isdecimal()):
         return quantity, (_place(before), behind.strip())
     return quantity, (_place(place), None)
 
@@ -90,11 +94,18 @@ def first_and_last(rows: str | None) -> tuple[int, int] | None:
 
 def signs(compression: Sequence[str] | None) -> dict[str, str]:
     """The sign of compression by quantity: `volumetric_strain=negative`."""
-    return dict(_sign(each) for each in compression or ())
+    return _each_once("--compression", [_sign(each) for each in compression or ()])
+
+
+def _each_once(option: str, said: Sequence[tuple[str, Said]]) -> dict[str, Said]:
+    quantities = [quantity for quantity, _ in said]
+    if twice := next((quantity for quantity in quantities if quantities.count(quantity) > 1), None):
+        raise InputError(f"{option} names {twice} twice, and each quantity once was expected.")
+    return dict(said)
 
 
 def _place(text: str) -> str | int:
-    return int(text) if text.strip().isdigit() else text.strip()
+    return int(text) if text.strip().isdecimal() else text.strip()
 
 
 def _sign(text: str) -> tuple[str, str]:

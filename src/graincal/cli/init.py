@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, first_and_last, named_column, signs
+from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, Strain, first_and_last, named_columns, signs
 from graincal.data import InputError
 from graincal.files import unwritable
 
 if TYPE_CHECKING:
     from graincal.dem.packing import Packing
-    from graincal.laboratory import Known
+    from graincal.laboratory import Known, Understanding
 
 
 class Kind(str, Enum):
@@ -60,15 +60,16 @@ def init(
     if confining_pressure is not None:
         _look_at_pressure(confining_pressure)
     check_alone(packing, void_ratio, relative_density, grading, particles)
-    known = _known(strain, confining_pressure, kind, column, stress_unit, compression, stage, rows, sheet, encoding, void_ratio)
+    known = _known(
+        kind=kind, strain=strain, confining_pressure=confining_pressure, void_ratio=void_ratio, column=column, stress_unit=stress_unit, compression=compression, stage=stage, rows=rows, sheet=sheet, encoding=encoding
+    )
     grains = Packing.read(packing) if packing else None
     check_file(output)
     preparation = asked_preparation(relative_density, grading, particles)
     try:
         found = understand(file, known)
     except NotUnderstood as refusal:
-        options = {key: value for key, value in (("encoding", known.encoding), ("sheet", known.sheet)) if value is not None}
-        table = read_table(file, **options)
+        table = read_table(file, encoding=known.encoding, sheet=known.sheet)
         _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
         typer.echo("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
         typer.echo(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
@@ -97,7 +98,7 @@ def _look_at_pressure(confining_pressure: float) -> None:
         typer.echo(f"Note: {doubt}")
 
 
-def asked_for_void_ratio(found):
+def asked_for_void_ratio(found: Understanding) -> Understanding:
     """What was understood, with the question for a void ratio that neither the file nor a person says."""
     from dataclasses import replace
 
@@ -119,7 +120,21 @@ def _write(output: Path, text: str) -> None:
         raise InputError(unwritable(output, error)) from None
 
 
-def _known(strain, confining_pressure, kind, column, stress_unit, compression, stage, rows, sheet, encoding, void_ratio) -> Known:
+def _known(
+    *,
+    kind: Kind | None,
+    strain: Strain | None,
+    confining_pressure: float | None,
+    void_ratio: float | None,
+    column: list[str] | None,
+    stress_unit: str | None,
+    compression: list[str] | None,
+    stage: str | None,
+    rows: str | None,
+    sheet: str | None,
+    encoding: str | None,
+) -> Known:
+    """What the options say of the file."""
     from graincal.laboratory import Known
     from graincal.laboratory.units import find_unit, known_units
 
@@ -130,7 +145,7 @@ def _known(strain, confining_pressure, kind, column, stress_unit, compression, s
         strain=strain and strain.value,
         confining_pressure=confining_pressure,
         void_ratio=void_ratio,
-        columns=dict(named_column(each) for each in column or ()),
+        columns=named_columns(column),
         stress_unit=stress_unit,
         compression=signs(compression),
         stage=stage,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from graincal.data import InputError
 from graincal.laboratory.table import Table
@@ -41,6 +41,13 @@ def column_index(table: Table, said: int | str, *, second: bool = False, quantit
     if 1 <= len(wanted) <= 2 and wanted.isascii() and wanted.isalpha() and wanted.isupper() and (number := _letters(wanted)) <= len(table.header):
         return number - 1
     raise missing_column(table, f"'{said}'{purpose}", said)
+
+
+def refuse_shared(table: Table, asked: Mapping[str, int]) -> None:
+    """Refuse a column, by its index, that a person names for two quantities."""
+    for quantity, index in asked.items():
+        if other := next((name for name, at in asked.items() if at == index and name != quantity), None):
+            raise InputError(f"{table.path}: column {table.label(index)} is named for {quantity} and for {other}, and another column for each was expected.")
 
 
 def missing_column(table: Table, wanted: str, name: str) -> MissingColumn:

@@ -8,7 +8,7 @@ from os import PathLike
 from typing import Any
 
 from graincal.data import InputError, Reference
-from graincal.laboratory.addressing import MissingColumn, column_index, listed_columns
+from graincal.laboratory.addressing import MissingColumn, column_index, listed_columns, refuse_shared
 from graincal.laboratory.columns import Conventions, Place
 from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_FORMS
 from graincal.laboratory.reading import read_reference, selectable, source_of
@@ -130,14 +130,17 @@ def _find(table: Table, control: str, observables: Sequence[str], choice: _Choic
     columns, possible = choice.columns, selectable((control, *observables))
     if not choice.asked.get("columns"):
         columns = {quantity: said for quantity, said in columns.items() if quantity in possible}
+    asked: dict[str, int] = {}
     for quantity, said in columns.items():
         for place in _places(said):
             try:
-                column_index(table, place, quantity=quantity)
+                asked[quantity] = column_index(table, place, quantity=quantity, second=quantity not in ("axial_strain", "axial_displacement"))
             except MissingColumn:
                 if choice.asked.get("columns"):
                     raise
                 return _Misfit(f"'{place}' for {quantity}")
+    if choice.asked.get("columns"):
+        refuse_shared(table, asked)
     conventions = Conventions(columns, choice.units, None, "positive")
     sources = {}
     for name in (control, *observables):

@@ -20,6 +20,19 @@ def repeated(control: ArrayLike) -> NDArray[np.bool_]:
     return np.concatenate([[False], control[1:] == np.maximum.accumulate(control)[:-1]])
 
 
+def outrun(control: ArrayLike) -> NDArray[np.bool_]:
+    """Which values (T,) a later one does not exceed: those of a control that wavers on its way, of which the last row at each value stays."""
+    control = np.asarray(control, dtype=np.float64)
+    later = np.minimum.accumulate(control[::-1])[::-1]
+    return np.concatenate([control[:-1] >= later[1:], [False]]) if control.size else np.zeros(0, dtype=bool)
+
+
+def noise(values: ArrayLike) -> float:
+    """About the standard deviation from row to row of values (T,) whose course is smooth over three rows; 0 of fewer than five."""
+    values = np.asarray(values, dtype=np.float64)
+    return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6)) if len(values) >= 5 else 0.0
+
+
 def first_movement(values: ArrayLike) -> float:
     """How far the first of the values (T,) that differs from their beginning by a hundredth of their whole range lies from it; 0 without any."""
     away = np.asarray(values, dtype=np.float64) - values[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graincal.laboratory.backbone import say_lines, spans
+from graincal.laboratory.decisions import Question
 from graincal.laboratory.table import Table
 from graincal.laboratory.understanding import Understanding
 from graincal.laboratory.understanding.seen import Seen
@@ -57,7 +58,7 @@ def list_columns(table: Table) -> list[str]:
     return lines
 
 
-def _options(question) -> str:
+def _options(question: Question) -> str:
     answers = f' ({", ".join(question.answers)})' if question.answers else ""
     proposed = f" Likely: {question.proposed}." if question.proposed else ""
     return f"{answers}{proposed}{f' [{question.option}]' if question.option else ''}"

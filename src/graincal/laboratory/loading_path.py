@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError
-from graincal.laboratory.backbone import through_zero
+from graincal.laboratory.addressing import MissingColumn
+from graincal.laboratory.backbone import noise, through_zero
 from graincal.laboratory.columns import Conventions
 from graincal.laboratory.sources import Source, Values, find_source
 from graincal.laboratory.table import Table
@@ -24,6 +25,10 @@ class PathSource(Source):
 
 
 START_DIGITS = 1e-6
+WAVERS = (0.02, 0.1)
+"""A stress that goes back by less than the one part of it has not turned around, and nor has one that is noisy, of less than some times its noise: of the other at the most."""
+NOISES, MANY = 6.0, 100
+"""How far noise goes back, of its standard deviation, which more rows than so many show."""
 TURNS_APART = 2e-3
 """A path turns around where it is said to within this part of the stress: of so many digits."""
 
@@ -37,18 +42,32 @@ def source_of(table: Table, name: str, conventions: Conventions, confining_press
     driver = "mean_stress" if "mean_stress" in conventions.columns and "axial_stress" not in conventions.columns else "axial_stress"
     try:
         stress = find_source(table, driver, conventions, None)
-    except InputError:
+    except MissingColumn:
         stress = find_source(table, "mean_stress", conventions, None)
     headers = " and ".join(column.label for column in stress.columns)
 
     def make(values: Values) -> NDArray[np.float64]:
         path = through_zero(stress.make(values))
-        found = turning_points(path, confining_pressure)
-        # A start that is written with fewer digits than the file has is none that the path turns around at.
-        _refuse_other_turns(table, found[1:] if found and abs(found[0] / confining_pressure - 1) < START_DIGITS else found, turns)
-        return positions(path, confining_pressure)
+        within = wavering(path, turns or ())
+        _refuse_other_turns(table, turns_of(path, confining_pressure, within), turns)
+        return positions(path, confining_pressure, within)
 
     return PathSource(POSITION, stress.columns, make, f"position was computed from {stress.name}, column {headers}.", stress)
+
+
+def wavering(stress: NDArray[np.float64], turns: Sequence[float] = ()) -> float:
+    """By how much, of ln σ, stresses (T,) above 0 go back without turning around: a small part, or what their noise does. Where the turns are said, less than what lies between two of them."""
+    least, largest = WAVERS
+    of_noise = NOISES * noise(np.log(stress)) if len(stress) > MANY else 0.0
+    apart = np.abs(np.diff(np.log(turns))) / 2 if len(turns) > 1 else np.array([])
+    return float(np.min(apart, initial=min(max(least, of_noise), largest)))
+
+
+def turns_of(stress: NDArray[np.float64], start: float, within: float | None = None) -> tuple[float, ...]:
+    """The stresses at which a laboratory's path (T,) from `start` turns around, all above 0 and in one unit."""
+    found = turning_points(stress, start, wavering(stress) if within is None else within)
+    # A start that is written with fewer digits than the file has is none that the path turns around at.
+    return found[1:] if found and abs(found[0] / start - 1) < START_DIGITS else found
 
 
 def _refuse_other_turns(table: Table, found: Sequence[float], turns: Sequence[float] | None) -> None:

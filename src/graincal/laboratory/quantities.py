@@ -38,8 +38,8 @@ STRESSES = tuple(STRESS_FORMS)
 SIGNED = (*STRAINS, *COMPRESSED, *(stress for stress in STRESSES if stress != "pore_pressure"))
 """What changes its sign with the convention of the file; a pore pressure does not."""
 DIMENSIONS = (
-    dict.fromkeys((*STRAINS, *POROSITIES, "stress_ratio", "deviator_to_mean_stress", "void_ratio"), "fraction")
-    | dict.fromkeys((*STRESSES, "excess_pore_pressure", "confining_pressure"), "pressure")
+    dict.fromkeys((*STRAINS, *POROSITIES, "stress_ratio", "deviator_to_mean_stress", "void_ratio", "initial_void_ratio"), "fraction")
+    | dict.fromkeys((*STRESSES, "excess_pore_pressure", "back_pressure", "confining_pressure"), "pressure")
     | {"axial_displacement": "length", "volume_change": "volume"}
 )
 """The dimension that a known quantity must have; a quantity of any other name may have any."""

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError, MeasurementError, Reference
-from graincal.laboratory.backbone import repeated, say_lines, spans, turned_back
+from graincal.laboratory.backbone import outrun, repeated, say_lines, spans, turned_back
 from graincal.laboratory.columns import LARGEST_FRACTION, Column, Conventions, Key, Place, read_columns, refuse_mixed_units, to_plain
-from graincal.laboratory.loading_path import rows_of_path, source_of
+from graincal.laboratory.loading_path import rows_of_path, source_of, turns_of
 from graincal.laboratory.quantities import DIMENSIONS, OBSERVABLES, SIGNED, STRAINS, STRESS_FORMS, STRESS_MEASURES, VOID_RATIOS
 from graincal.laboratory.sources import EXTENSION, Source, instead, refuse_contradictions
 from graincal.laboratory.stages import choose_rows
@@ -281,20 +281,23 @@ def _backbone(
     if unloading not in (None, "drop"):
         raise InputError(f"{table.path}: unloading must be \"drop\" or left out, not {unloading!r}.")
     back, still = turned_back(control), repeated(control)
-    if np.any(back) and unloading is None:
+    is_stress = name in (POSITION, "axial_stress", "mean_stress")
+    wavers = is_stress and (name == POSITION or not turns_of(loaded := control[control > 0], loaded[0]) if np.any(control > 0) else False)
+    if np.any(back) and unloading is None and not wavers:
         raise InputError(
             f"{table.path}: {name} turns back at {say_lines(spans(back, lines))}, where it was expected to increase:"
             ' unloading = "drop" leaves unload-reload loops out.'
         )
     kept = ""
-    if name in (POSITION, "axial_stress", "mean_stress"):
+    if is_stress:
         # Under a stress that is held the sample goes on to settle: what it comes to counts.
-        kept, going = ", before the last row at the same stress", np.flatnonzero(~back)
+        kept, going = ", before the last row at the same stress", np.flatnonzero(~back | wavers)
         still = np.zeros(len(control), dtype=bool)
         still[going[:-1]] = control[going[1:]] == control[going[:-1]]
+        back = outrun(control) & ~still if wavers else back
     notes = []
     if np.any(back):
-        notes.append(f"{_rows(back)} dropped where {name} turned back: {say_lines(spans(back, lines))}.")
+        notes.append(f"{_rows(back)} dropped where {name} {'wavers' if wavers else 'turned back'}: {say_lines(spans(back, lines))}.")
     if np.any(still):
         notes.append(f"{_rows(still)} dropped where {name} stood still{kept}: {say_lines(spans(still, lines))}.")
     return ~(back | still), notes

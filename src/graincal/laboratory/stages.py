@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -27,14 +28,26 @@ def stages(table: Table) -> dict[str, list[int]]:
 
 def say_stages(table: Table) -> str:
     """The stages with their lines: `1 (lines 12-23), 2 (lines 24-37)`."""
-    lines = table.lines
-    return ", ".join(f"{name} (lines {lines[rows[0]]}-{lines[rows[-1]]})" for name, rows in stages(table).items())
+    found = stages(table)
+    return ", ".join(f"{name} (lines {_say_spans(_apart(rows, found), table.lines)})" for name, rows in found.items())
+
+
+def _apart(rows: list[int], found: dict[str, list[int]]) -> list[tuple[int, int]]:
+    """The first and last of the rows of a stage, for each stretch of them that others of `found` stand between."""
+    others = sorted(at for each in found.values() if each is not rows for at in each)
+    between = [bisect(others, at) for at in rows]
+    starts = [at for at in range(len(rows)) if at == 0 or between[at] != between[at - 1]]
+    return [(rows[first], rows[behind - 1]) for first, behind in zip(starts, [*starts[1:], len(rows)], strict=True)]
+
+
+def _say_spans(spans: list[tuple[int, int]], lines: Sequence[int]) -> str:
+    return " and ".join(f"{lines[first]}-{lines[last]}" for first, last in spans)
 
 
 def choose_rows(table: Table, stage: str | int | None, rows: Sequence[int] | None) -> tuple[Table, list[str]]:
     """The table with the rows of a stage, or between a first and a last line of the file, and what to say of it.
 
-    Raises InputError for a stage that the file has not, and for lines without rows.
+    Raises InputError for a stage that the file has not, or has more than once, and for lines without rows.
     """
     if stage is not None and rows is not None:
         raise InputError(f"{table.path}: stage and rows are both given, and one of them was expected.")
@@ -44,6 +57,8 @@ def choose_rows(table: Table, stage: str | int | None, rows: Sequence[int] | Non
         if chosen is None:
             known = f"one of the stages {say_stages(table)}" if found else "a file with a column of stages"
             raise InputError(f"{table.path}: stage is {stage!r}{did_you_mean(name, found)}, and {known} was expected.")
+        if len(apart := _apart(chosen, found)) > 1:
+            raise InputError(f"{table.path}: the stage {name} stands on lines {_say_spans(apart, table.lines)}, with others between them, and one stretch of lines was expected: --rows FIRST-LAST, or rows in the place of stage, chooses one.")
         return _kept(table, chosen, f"stage {name}")
     if rows is not None:
         first, last = _lines(table, rows)
@@ -70,4 +85,4 @@ def _lines(table: Table, rows: Sequence[int]) -> tuple[int, int]:
 def _name(cell: str) -> str:
     """A stage's name; a whole number as it is written without decimals."""
     text = " ".join(cell.split())
-    return str(int(float(text))) if text.replace(".", "", 1).isdigit() and float(text).is_integer() else text
+    return str(int(float(text))) if text.replace(".", "", 1).isdecimal() and float(text).is_integer() else text

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from graincal.laboratory.loading_path import since
+from graincal.laboratory.loading_path import since, turns_of
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case
 from graincal.laboratory.understanding.compared import driving_stress, is_held
-from graincal.positions import turning_points
 
 
 CONTRADICTED = 0.05
@@ -70,4 +69,4 @@ def decide_turns(case: Case, control: str) -> tuple[float, ...]:
         return ()
     stress = driving_stress(case)
     start = case.known.confining_pressure or float(stress[0])
-    return tuple(round(turn, 6) for turn in turning_points(stress[since(stress, start)], start))
+    return tuple(round(turn, 6) for turn in turns_of(stress[since(stress, start)], start))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError
 from graincal.laboratory.columns import Place
-from graincal.laboratory.addressing import column_index
+from graincal.laboratory.addressing import column_index, refuse_shared
 from graincal.laboratory.numbers import read_number
 from graincal.laboratory.quantities import DIMENSIONS, READABLE, TOTAL
 from graincal.laboratory.table import Table
@@ -74,12 +74,17 @@ class Seen:
 def see(table: Table, said: Mapping[str, tuple[Place, str | None]]) -> list[Seen]:
     """The columns of a table; `said`: quantity -> place and unit, of those that a person names. Raises InputError for a name or a unit that is unknown."""
     places: dict[int, tuple[str, str | None]] = {}
+    asked: dict[str, int] = {}
     for name, (place, unit) in said.items():
         quantity = ALIASES.get(name, name)
         if quantity not in KNOWN_HERE:
             raise InputError(f"--column names '{name}'{did_you_mean(name, KNOWN_HERE)}, and one of {', '.join(KNOWN_HERE)} was expected.")
-        places[column_index(table, place, quantity=quantity, second=quantity != "axial_strain")] = quantity, unit
-    columns = [_seen(table, index, said=index in places and places[index][1] is not None) for index in range(len(table.header))]
+        if quantity in asked:
+            raise InputError(f"--column names {quantity} twice{f', once as {name}' * (name != quantity)}, and each quantity once was expected.")
+        asked[quantity] = column_index(table, place, quantity=quantity, second=quantity != "axial_strain")
+        places[asked[quantity]] = quantity, unit
+    refuse_shared(table, asked)
+    columns = [_seen(table, index, unit_is_said=index in places and places[index][1] is not None) for index in range(len(table.header))]
     for index, (quantity, unit) in places.items():
         columns[index] = _as_said(table, columns[index], quantity, unit)
     if said:
@@ -89,30 +94,29 @@ def see(table: Table, said: Mapping[str, tuple[Place, str | None]]) -> list[Seen
     return _without_doubles(table, columns)
 
 
-def one(columns: list[Seen], quantity: str, effective: bool | None | str = "any") -> Seen | None:
-    """The column of a quantity, if there is one; of stresses also by whether it is said to be an effective one."""
-    return next((column for column in columns if column.quantity == quantity and effective in ("any", column.meaning.effective)), None)
+def one(columns: list[Seen], quantity: str) -> Seen | None:
+    """The column of a quantity, if there is one."""
+    return next((column for column in columns if column.quantity == quantity), None)
 
 
-def _seen(table: Table, index: int, said: bool) -> Seen:
-    """said: whether a person gives the column's unit, so that those that stand in the file do not matter."""
-    is_said, header = said, table.header[index]
-    said = meaning(header) if header else Meaning(None)
-    unit, unknown = said.unit, said.unknown_unit
+def _seen(table: Table, index: int, unit_is_said: bool) -> Seen:
+    """unit_is_said: by a person, so that those that stand in the file do not matter."""
+    header = table.header[index]
+    names = meaning(header) if header else Meaning(None)
+    unit, unknown = names.unit, names.unknown_unit
     below = table.units[index] if index < len(table.units) else ""
     if unit is None and below:
         unit = find_unit(below)
         unknown = "" if unit else below
-    elif unit is not None and not is_said and (other := find_unit(below)) not in (None, unit, PLAIN) and said.quantity in KNOWN_HERE:
+    elif unit is not None and not unit_is_said and (other := find_unit(below)) not in (None, unit, PLAIN) and names.quantity in KNOWN_HERE:
         raise InputError(
-            f"{table.path}: column {table.label(index)} is in {unit.symbol} by its header and in {other.symbol} by the unit below, and one of them was expected (--column {said.quantity}={index + 1}:UNIT says which)."
+            f"{table.path}: column {table.label(index)} is in {unit.symbol} by its header and in {other.symbol} by the unit below, and one of them was expected (--column {names.quantity}={index + 1}:UNIT says which)."
         )
     values, digits, refused = _numbers(table, index)
-    quantity = said.quantity
-    if quantity in TOTAL and said.effective is False:
-        said = replace(said, quantity=TOTAL[quantity])
-    column = Seen(index, header, said, unit, values, digits, tuple(refused), alone=list(table.header).count(header) == 1, label=table.label(index))
-    return _usable(table, column, "" if is_said else unknown)
+    if names.quantity in TOTAL and names.effective is False:
+        names = replace(names, quantity=TOTAL[names.quantity])
+    column = Seen(index, header, names, unit, values, digits, tuple(refused), alone=list(table.header).count(header) == 1, label=table.label(index))
+    return _usable(table, column, "" if unit_is_said else unknown)
 
 
 def _usable(table: Table, column: Seen, unknown: str) -> Seen:
@@ -120,7 +124,7 @@ def _usable(table: Table, column: Seen, unknown: str) -> Seen:
     quantity = column.meaning.quantity
     if quantity not in KNOWN_HERE:
         return column
-    dimension = DIMENSIONS.get(quantity, "fraction" if quantity == "initial_void_ratio" else "pressure")
+    dimension = DIMENSIONS[quantity]
     if not column.has_numbers:
         return replace(column, unusable=f"{quantity}, but {f'its numbers cannot be read: {column.refused[0]}' if column.refused else 'it holds no numbers'}")
     if unknown:
@@ -135,7 +139,7 @@ def _usable(table: Table, column: Seen, unknown: str) -> Seen:
 
 def _as_said(table: Table, column: Seen, quantity: str, unit: str | None) -> Seen:
     found = find_unit(unit) if unit is not None else column.unit
-    dimension = DIMENSIONS.get(quantity, "pressure")
+    dimension = DIMENSIONS[quantity]
     if unit is not None and (found is None or found.dimension != dimension):
         raise InputError(f"--column {quantity}: '{unit}' is not a unit of it, and one of {known_units(dimension)} was expected.")
     if found is not None and found.dimension != dimension:
@@ -204,7 +208,7 @@ def _numbers(table: Table, index: int) -> tuple[NDArray[np.float64], float, list
             continue
         mantissa, _, exponent = cell.casefold().partition("e")
         if at < 2000 and table.decimal in mantissa:
-            decimals = max(decimals, len(mantissa.partition(table.decimal)[2]) - (int(exponent) if exponent.lstrip("+-").isdigit() else 0))
+            decimals = max(decimals, len(mantissa.partition(table.decimal)[2]) - (int(exponent) if exponent.lstrip("+-").isdecimal() else 0))
     return numbers, 10.0**-decimals, refused
 
 
@@ -217,9 +221,9 @@ def tensors(columns: list[Seen]) -> dict[str, list[Seen]] | None:
     return {what: [axes[k] for k in range(3)] for what, axes in found.items() if len(axes) == 3} if all(len(axes) == 3 for axes in found.values()) else None
 
 
-def named(column: Seen, quantity: str, unit: Unit | None = None, effective: bool | None = True) -> Seen:
-    """The column, taken for a quantity."""
-    return replace(column, meaning=Meaning(quantity, unit or column.unit, "", effective), unit=unit or column.unit, unusable="")
+def named(column: Seen, quantity: str, unit: Unit | None = None) -> Seen:
+    """The column, taken for a quantity, an effective stress if it is one."""
+    return replace(column, meaning=Meaning(quantity, unit or column.unit, "", True), unit=unit or column.unit, unusable="")
 
 
 PLAIN = UNITS["-"]

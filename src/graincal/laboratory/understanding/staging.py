@@ -12,12 +12,18 @@ from graincal.data import InputError
 from graincal.laboratory.backbone import runs
 from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import Decision
+from graincal.laboratory.quantities import VOID_RATIOS
 from graincal.laboratory.stages import choose_rows, say_stages, stages
 from graincal.laboratory.table import Table
-from graincal.laboratory.understanding.case import Case
+from graincal.laboratory.understanding import remarks
+from graincal.laboratory.understanding.case import Case, Known
 from graincal.laboratory.understanding.seen import Seen, one, see
 
-_SHEAR = re.compile(r"shear|scher|cisaill|corte|cizall|cisalh|taglio|afschuif|ścin|smyk|kesme|срез|сдвиг|девиаторн|剪|せん断|전단|^compression$|loading", re.IGNORECASE)
+_SHEAR = re.compile(r"shear|scher|cisaill|corte|cizall|cisalh|taglio|afschuif|ścin|smyk|kesme|срез|сдвиг|девиаторн|剪|せん断|전단|^compression$|(?<![^\W\d_])(?<!un[-_ ])(?<!re[-_ ])(?<!pre[-_ ])(?<!off[-_ ])loading", re.IGNORECASE)
+COMPRESSIONS = ("oedometric", "isotropic")
+_DRIVING = {"axial_stress", "mean_stress"}
+_OF_SHEAR = {"deviator_stress", "half_difference_stress", "stress_ratio", "deviator_to_mean_stress", "lateral_stress", "total_lateral_stress", "radial_strain", "volume_change"}
+"""What a test without shear has no columns of."""
 MOST_OTHER_STRAIN = 1 / 3
 """A stage before the shear strains the sample by a smaller part of what the shear does."""
 SETTLED = 0.15
@@ -30,23 +36,34 @@ OFFSET = {"axial_strain": (0.01, 0.1), "volumetric_strain": (0.002, 0.1)}
 """So large, and so large a part of its range, is no strain where a sample has hardly been sheared."""
 
 
-def shear_stage(table: Table, said: Mapping[str, tuple[Place, str | None]]) -> tuple[Table, str | None, list[Decision]]:
-    """The rows of the shear stage, the stage's name, and why. The whole table for one without stages, or with a single one.
+def shear_stage(table: Table, known: Known) -> tuple[Table, str | None, list[Decision]]:
+    """The rows of the shear stage, the stage's name, and why. The whole table for one without stages, with a single one, or of a compression test.
 
-    Raises InputError, which names the stages and their lines, where it cannot be told which of them is the shear.
+    Raises InputError, which names the stages and their lines, where it cannot be told which of them is the shear, or where it stands in more than one place.
     """
     found = stages(table)
-    if len(found) < 2:
+    if len(found) < 2 or _is_compression(table, known):
         return table, None, []
     by_word = [name for name in found if _SHEAR.search(name)]
     if len(by_word) == 1:
         chosen, because = by_word[0], f"its stages are {say_stages(table)}, and this one is called so"
-    elif (by_strain := _by_strain(table, found, said)) is not None:
+    elif (by_strain := _by_strain(table, found, known.columns)) is not None:
         chosen, because = by_strain, f"its stages are {say_stages(table)}, and the sample is sheared in this one alone"
     else:
         raise InputError(f"{table.path}: the file has the stages {say_stages(table)}, and which of them is the shear cannot be told: --stage NAME, or stage under [experiment.reference], chooses one.")
     kept, _ = choose_rows(table, chosen, None)
     return kept, chosen, [Decision("stage", chosen, because)]
+
+
+def _is_compression(table: Table, known: Known) -> bool:
+    """Whether a file is of a test without shear, whose stages are its steps of load: a void ratio or a settlement under a single stress."""
+    if known.kind is not None:
+        return known.kind in COMPRESSIONS
+    there = {column.quantity for column in see(table, known.columns) if column.has_numbers}
+    if there & _OF_SHEAR:
+        return False
+    stress, change = bool(there & _DRIVING), bool(there & {*VOID_RATIOS, "axial_displacement"})
+    return stress and (change or remarks.kind((*table.remarks, *table.header)) in COMPRESSIONS)
 
 
 def _by_strain(table: Table, found: dict[str, list[int]], said: Mapping[str, tuple[Place, str | None]]) -> str | None:

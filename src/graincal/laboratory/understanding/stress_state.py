@@ -46,19 +46,22 @@ def variation(values: NDArray[np.float64]) -> float:
     return float(np.ptp(values)) / mean if mean > 0 else 0.0
 
 
-def stress_states(columns: Sequence[Seen], wet: bool, signs: Mapping[str, float]) -> list[StressState]:
-    """The ways in which the columns of stresses can be understood without contradicting one another; the likely ones first.
+def stress_states(columns: Sequence[Seen], wet: bool, signs: Mapping[str, float]) -> tuple[list[StressState], list[str]]:
+    """The ways in which the columns of stresses can be understood without contradicting one another, the likely ones first; and why the others cannot be so.
 
     wet: whether the file speaks of a pore or back pressure, so that a stress may be a total one. signs: of compression, by quantity, where a person says it.
     """
-    found = []
+    found: list[StressState] = []
+    reasons: list[str] = []
     for choice in _choices(columns, wet, signs):
         forms = [np.array(STRESS_FORMS[name]) for name, _ in choice]
         values = np.stack([sign * column.plain for column, (_, sign) in zip(columns, choice)])
         state = _state(columns, choice, forms, values)
-        if state is not None:
+        if isinstance(state, StressState):
             found.append(state)
-    return _distinct(found)
+        elif state not in reasons:
+            reasons.append(state)
+    return _distinct(found), reasons
 
 
 def _choices(columns: Sequence[Seen], wet: bool, known: Mapping[str, float]) -> Iterator[tuple[tuple[str, float], ...]]:
@@ -86,22 +89,37 @@ def _choices(columns: Sequence[Seen], wet: bool, known: Mapping[str, float]) -> 
             yield choice
 
 
-def _state(columns: Sequence[Seen], choice: tuple[tuple[str, float], ...], forms: list[NDArray[np.float64]], values: NDArray[np.float64]) -> StressState | None:
+def _state(columns: Sequence[Seen], choice: tuple[tuple[str, float], ...], forms: list[NDArray[np.float64]], values: NDArray[np.float64]) -> StressState | str:
+    """What the columns come to if they are what the choice says, or why they cannot be that."""
     complete = ~np.any(np.isnan(values), axis=0)
-    if not np.any(complete) or np.linalg.matrix_rank(np.array(forms)) < len(forms) and spread(forms, values[:, complete]) > AGREES:
-        return None
+    if not np.any(complete):
+        return "no row holds a number in each of them"
+    if np.linalg.matrix_rank(np.array(forms)) < len(forms) and spread(forms, values[:, complete]) > AGREES:
+        return f"as {', '.join(name for name, _ in choice)} they contradict one another by {100 * spread(forms, values[:, complete]):.2g} % of the largest"
     axial, lateral, deviator, pore = (
         None if (found := weights(STRESS_FORMS[name], forms)) is None else found @ values for name in ("axial_stress", "lateral_stress", "deviator_stress", "pore_pressure")
     )
-    if axial is not None and lateral is not None:
-        scale = np.nanmax(np.abs(axial))
-        low, high = np.nanmin(np.minimum(axial, lateral)), np.nanmedian(axial / np.where(np.abs(lateral) > 1e-3 * scale, lateral, np.nan))
-        if low < -0.02 * scale or not 1 / LARGEST_RATIO < high < LARGEST_RATIO:
-            return None
+    if axial is not None and lateral is not None and (doubt := _doubt(axial[complete], lateral[complete])):
+        return doubt
     if pore is not None and not any(name == "pore_pressure" for name, _ in choice) and pore[complete][0] < -AGREES * np.nanmax(np.abs(values)):
-        return None  # a total stress is above the effective one where a test begins
+        # A total stress is above the effective one where a test begins.
+        return f"the total stresses would begin {-pore[complete][0]:.6g} Pa below the effective ones"
     quantities = {column.index: (name, sign) for column, (name, sign) in zip(columns, choice)}
     return StressState(quantities, axial, lateral, deviator, pore)
+
+
+def _doubt(axial: NDArray[np.float64], lateral: NDArray[np.float64]) -> str:
+    """Why effective stresses (T,) can be those of no sample; empty where they can."""
+    scale, low = float(np.max(np.abs(axial))), min(float(np.min(axial)), float(np.min(lateral)))
+    if np.min(lateral) <= 0 and np.max(np.abs(lateral)) < 0.02 * scale:
+        return "the lateral stress is 0, as in an unconfined test or of a sensor that was set to 0, and one above it was expected"
+    if low < -0.02 * scale:
+        return f"an effective stress would fall to {low:.6g} Pa"
+    above = lateral > 0
+    ratio = float(np.median(axial[above] / lateral[above])) if np.any(above) else np.inf
+    if not 1 / LARGEST_RATIO < ratio < LARGEST_RATIO:
+        return f"the axial stress would be {ratio:.3g} times the lateral one, which is no soil's, but may be of another unit"
+    return ""
 
 
 def _distinct(states: list[StressState]) -> list[StressState]:
@@ -140,9 +158,15 @@ def decide(states: list[StressState]) -> tuple[StressState | None, list[StressSt
         if (best := _clearest([stress(state) for state in whole], variation, CONSTANT)) is not None:
             value = stress(whole[best])
             return replace(whole[best], because=f"{what} that they give is then constant ({np.nanmean(value):.6g} within {100 * variation(value):.2g} %)"), states
-    if (best := _clearest([state.deviator / state.mean for state in whole], lambda part: abs(float(part[~np.isnan(part)][0])), CONSTANT)) is not None:
+    if (best := _clearest([_part(state.deviator, state.mean) for state in whole], lambda part: abs(float(part[~np.isnan(part)][0])), CONSTANT)) is not None:
         return replace(whole[best], because="the axial and the lateral stress that they give are then the same at the beginning"), states
     return None, states
+
+
+def _part(deviator: NDArray[np.float64], mean: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The deviator stress (T,) as a part of the mean one; infinite where that is 0, and NaN in rows that lack one."""
+    loaded = mean != 0
+    return np.where(loaded, deviator / np.where(loaded, mean, 1.0), np.inf)
 
 
 def _total_lateral(state: StressState) -> NDArray[np.float64] | None:

@@ -131,7 +131,7 @@ def _case(path: str | PathLike[str], known: Known) -> tuple[Case, str | None]:
     if known.stage is not None or known.rows is not None:
         table, _ = choose_rows(table, known.stage, known.rows)
     else:
-        table, stage, decided = shear_stage(table, known.columns)
+        table, stage, decided = shear_stage(table, known)
     case = Case(table, known, (*table.remarks, *table.header), see(table, known.columns))
     case.decided += [*table.decided, *decided]
     # How names are encoded is nothing to ask where there is none, or none that it changes.
@@ -148,10 +148,10 @@ def _decide_state(case: Case) -> None:
         stresses.append(replace(back, meaning=replace(back.meaning, quantity="pore_pressure")))
     if not stresses:
         return
-    states = stress_states(_as_said_in_words(case, stresses), case.wet, {name: 1.0 if sign == "positive" else -1.0 for name, sign in case.known.compression.items()})
+    states, reasons = stress_states(_as_said_in_words(case, stresses), case.wet, {name: 1.0 if sign == "positive" else -1.0 for name, sign in case.known.compression.items()})
     if not states:
-        names = ", ".join(f"{column.label} ({column.quantity})" for column in stresses)
-        raise InputError(f"{case.table.path}: the stresses of columns {names} contradict one another, as totals and as effective ones: --column QUANTITY=COLUMN says what each is.")
+        names = ", ".join(f"{column.label} ({column.quantity}{f', without a unit and taken in {column.unit.symbol}' * (column.index in case.bare_stresses)})" for column in stresses)
+        raise InputError(f"{case.table.path}: the stresses of columns {names} can be those of no test: {', and otherwise '.join(reasons)}. --column QUANTITY=COLUMN:UNIT says what each is.")
     chosen, possible = decide(states)
     if chosen is None:
         chosen = _by_sign(case, possible)
