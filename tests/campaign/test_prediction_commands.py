@@ -100,7 +100,7 @@ def test_a_prediction_overwrites_nothing(call, folder, tmp_path, option, name):
         target.write_text("measured")
     before = target.read_bytes()
     called = call("predict", folder / "soil", "--samples", "2", "-q", option, target)
-    assert (called.code, called.err) == (1, f"{target}: this file is there already and is not overwritten; name another by {option}.\n")
+    assert (called.code, called.err) == (1, f"{target}: this file is there already and is not overwritten; delete it, or name another by {option}.\n")
     assert target.read_bytes() == before
 
 

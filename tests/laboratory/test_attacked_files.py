@@ -57,9 +57,37 @@ def stepped() -> str:
 TWICE = tuple((name, np.concatenate([values[:9], values[:12]])) for name, values in (A, D, V))
 SLIP = ("Axial strain (%)", np.where(STRAIN == 3, 30, STRAIN))
 
+JITTER = np.array([3, -5, 2, 4, -4, 1, -2, 5, -3, 0, 2, -1, 4, -5, 1]) / 5
+"""As noise: between -1 and 1, without a trend."""
+PULLED = -60 * STRAIN / (0.6 + STRAIN)
+RATIO_PULLED = "stress_ratio 1 0.4231"
+
+
+def precise(*columns: tuple[str, np.ndarray]) -> str:
+    """As `table`, with every digit."""
+    return "\n".join([",".join(name for name, _ in columns), *(",".join(map(repr, map(float, row))) for row in zip(*(values for _, values in columns)))]) + "\n"
+
+
 # name: text, options beside --strain engineering, what is read (kind, pressure, observables with first and last), or words of what is refused or asked
 # fmt: off
 FILES = {
+    "a change of volume in percent": (table(A, D, ("Volume change (%)", VOLUME)), AT_100, DRAINED),
+    "a deformation in millimetres": (table(("Axialverformung [mm]", STRAIN * 1.4), D, V, head="Probenhöhe [mm]: 140"), AT_100, DRAINED),
+    "a height that is given": (table(("Axialverformung [mm]", STRAIN), D, V), f"{AT_100} --sample-height 0.1", DRAINED),
+    "a volume that is given": (table(A, D, ML), f"{AT_100} --sample-volume 196.35e-6", DRAINED),
+    "a back pressure in German": (table(A, D, V, head="Zelldruck [kPa]: 500|Gegendruck [kPa]: 300"), "", "? back pressure"),
+    "a coefficient of uniformity": (table(A, D, head="Cu = 1.6"), AT_100, "? drained from an undrained"),
+    "small strains": (table(("Axial strain (%)", STRAIN / 30), D, ("Volumetric strain (%)", VOLUME / 30), ("σ3' (kPa)", 100)), "", "triaxial 100e3 stress_ratio 1 3.673"),
+    "noise of a pore pressure": (table(A, ("σ1'/σ3'", 1 + Q / 100), ("Pore pressure (kPa)", 300 + 0.1 * JITTER)), AT_100, "? drained from an undrained"),
+    "noise of a large pore pressure": (table(A, D, ("Pore pressure (kPa)", 300 + 2.5 * JITTER), ("σ3' (kPa)", 100 - 2.5 * JITTER)), "", "triaxial 99.93e3 stress_ratio 1 3.6865"),
+    "a burette that stays": (table(A, D, ("Volume change (ml)", 0.01 * JITTER), head="Height,10,cm|Diameter,5,cm"), AT_100, "undrained 100e3 deviatoric_stress 0 267307.7"),
+    "a stress against the strain": (table(A, ("Deviator stress (kPa)", -Q)), f"{AT_100} --kind triaxial", "? deviator stress is negative"),
+    "an extension by q/p": (table(("Axial strain (%)", -STRAIN), ("q/p'", PULLED / (100 + PULLED / 3)), head="drained triaxial extension"), AT_100, f"triaxial 100e3 {RATIO_PULLED}"),
+    "limits of the void ratio": (table(A, D, V, head="Maximum void ratio: 0.977|Minimum void ratio: 0.597"), AT_100, DRAINED),
+    "a volume that dilates, with every digit": (precise(("Axial strain (%)", STRAIN), ("Deviator stress (kPa)", Q), ("Volumetric strain (%)", 0.3 * STRAIN * (STRAIN < 10) + 3.0 * (STRAIN >= 10) + 1e-5 * JITTER)), f"{AT_100} --kind triaxial", "? compression"),
+    "microstrain without a unit": (table(("Axial strain", STRAIN * 1e4), D, V), AT_100, "? unit"),
+    "small strains in percent without a unit": (table(("Axial strain", STRAIN / 40), ("Deviator stress (kPa)", Q[-1] * STRAIN / 15)), f"{AT_100} --kind triaxial", "? unit"),
+    "a consolidation among chosen rows": (table(("Axial strain (%)", np.concatenate([np.zeros(5), STRAIN])), ("Deviator stress (kPa)", np.concatenate([np.zeros(5), Q])), ("σ3' (kPa)", np.concatenate([[20, 40, 60, 80, 95], np.full(15, 100)]))), "--kind triaxial --rows 2-21", "? consolidation"),
     "a displacement and its sample's height": (table(("Axial displacement (mm)", STRAIN), D, V, head="Sample height: 100 mm"), AT_100, DRAINED),
     "a displacement and no height": (table(("Axial displacement (mm)", STRAIN), D, V), AT_100, "? columns"),
     "heights before and after consolidation": (table(("Displacement (mm)", STRAIN * 0.98), D, V, head="Initial height: 100 mm|Height after consolidation: 98 mm"), AT_100, DRAINED),
@@ -115,7 +143,7 @@ FILES = {
 def expectation(said: str) -> Expectation:
     kind, pressure, *figures = said.split()
     observables = {name: Figures(float(first), float(last), None, None, max(1e-4, 6e-3 * abs(float(last)))) for name, first, last in zip(*[iter(figures)] * 3)}
-    return Expectation(kind, None, float(pressure), ("axial_stress" if kind == "oedometric" else "axial_strain",), observables, {})
+    return Expectation(kind, None, float(pressure), ("axial_stress",) if kind == "oedometric" else ("axial_strain", "axial_extension"), observables, {})
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -181,7 +181,7 @@ def test_a_column_that_cannot_be_read_is_left_out_with_the_reason(tmp_path: Path
     assert "No column of a stress is understood" in said
     _, _, said = proposal_of(text("eps_a [%],eps_v [mm],q [kPa]", *rows(*STRAINS, DEVIATOR_STRESS / 1e3)), tmp_path)
     assert "Left out: 'eps_v [mm]' (volumetric_strain, but 'mm' is a unit of length, and one of -, %, permille, microstrain was expected)." in said
-    with pytest.raises(InputError, match=r"'eps_a \[mm\]' would be axial_strain, but 'mm' is a unit of length"):
+    with pytest.raises(InputError, match=r"'eps_a \[mm\]' would be axial_displacement, but no line above the table is known as the sample's height"):
         proposal_of(text("eps_a [mm],q [kPa]", *rows(AXIAL_STRAIN, DEVIATOR_STRESS / 1e3)), tmp_path)
 
 

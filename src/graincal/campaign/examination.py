@@ -21,12 +21,12 @@ from graincal.campaign.questions import OpenQuestion, Proposed, open_questions, 
 from graincal.campaign.tested import OTHER, Tested
 from graincal.campaign.unused_keys import unused_in_experiment, unused_in_file
 from graincal.data import InputError, Reference
-from graincal.dem.packing import Packing
 from graincal.dem.preparation import OutOfReach
 from graincal.inference.thinning import Thinning
 from graincal.laboratory.decisions import Decision
-from graincal.laboratory.reading import selectable
-from graincal.models import UndrainedTest
+from graincal.models import IsotropicTest, OedometricTest, UndrainedTest
+from graincal.models.stress_path import Abscissa
+from graincal.positions import POSITION, stresses_at
 
 Evidence = Callable[[ExperimentEntry, Path], tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]]
 """What a laboratory file proves of an experiment's entry, whose names of files are relative to a folder: decisions, problems and notes."""
@@ -49,14 +49,12 @@ class Decided(Decision):
 
 @dataclass(frozen=True, eq=False)
 class Examined:
-    """An experiment as it was read. kept_states: as many as the likelihood sees of its reference. questions: the keys that are open and were answered by a proposal, or left out. void_ratio: that of the packing, None where it is
-    not known."""
+    """An experiment as it was read. kept_states: as many as the likelihood sees of its reference. questions: the keys that are open and were answered by a proposal, or left out."""
 
     entry: ExperimentEntry
     reference: Reference
     kept_states: int
     questions: tuple[str, ...] = ()
-    void_ratio: float | None = None
 
     @property
     def name(self) -> str:
@@ -64,11 +62,19 @@ class Examined:
 
     @property
     def tested(self) -> Tested:
-        """By what the entry says of the test."""
+        """By what the entry says of the test; its packing is not read for that."""
         model = self.entry.model
         if isinstance(model, FunctionModel):
             return Tested(self.reference, OTHER)
-        return Tested(self.reference, model.kind, model.confining_pressure, self.void_ratio)
+        return Tested(self.reference, model.kind, model.confining_pressure, model.void_ratio)
+
+    def abscissa(self, at: NDArray[np.float64]) -> Abscissa:
+        """What its curve is drawn over at control values (T,): the logarithm of the stress for positions."""
+        model, control = self.entry.model, self.reference.control_name
+        if control != POSITION:
+            return Abscissa(control, at)
+        stress = OedometricTest.stress if model.kind == OedometricTest.kind else IsotropicTest.stress
+        return Abscissa(stress, stresses_at(at, model.confining_pressure, model.turns), logarithmic=True)
 
     def _shown(self) -> dict[str, dict[str, Any]]:
         """What follows from the observables and is not compared: the stress ratio of an undrained test, row by row."""
@@ -206,21 +212,7 @@ def _examined(entry: ExperimentEntry, folder: Path, file: CalibrationFile, quest
     except InputError as error:
         raise InputError(f'experiment "{entry.name}": {error}') from error
     thin = file.filter.method == POSTERIOR if file.filter.thin is None else file.filter.thin
-    return Examined(entry, reference, len(Thinning.of(reference, thin).kept.control), questions, _void_ratio(entry, folder))
-
-
-def _void_ratio(entry: ExperimentEntry, folder: Path) -> float | None:
-    """That of the packing that is named, or to be prepared; of several, of the first."""
-    if isinstance(entry.model, FunctionModel):
-        return None
-    if not entry.model.packing:
-        return entry.model.void_ratio
-    names = [entry.model.packing] if isinstance(entry.model.packing, str) else entry.model.packing
-    try:
-        return Packing.read(folder / names[0]).void_ratio
-    except InputError:
-        # What is wrong with it is said where the calibration is made.
-        return None
+    return Examined(entry, reference, len(Thinning.of(reference, thin).kept.control), questions)
 
 
 def _read_so_far(file: CalibrationFile, folder: Path, questions: Sequence[OpenQuestion]) -> tuple[list[Examined], list[Doubt]]:
@@ -233,33 +225,9 @@ def _read_so_far(file: CalibrationFile, folder: Path, questions: Sequence[OpenQu
         except InputError as error:
             if not asked:
                 raise
-            sentence, part = str(error).removeprefix(f'experiment "{entry.name}": '), _readable(entry, folder)
-            what = f"{', '.join(entry.observables.keys() - part.observables.keys())} of it" if part else "it"
-            unread.append(Doubt("unread-so-far", f"{what} cannot be read before its questions are answered: {sentence}", entry.name))
-            experiments += [_examined(part, folder, file, asked)] if part else []
+            sentence = str(error).removeprefix(f'experiment "{entry.name}": ')
+            unread.append(Doubt("unread-so-far", f"it cannot be read before its questions are answered: {sentence}", entry.name))
     return experiments, unread
-
-
-def _readable(entry: ExperimentEntry, folder: Path) -> ExperimentEntry | None:
-    """The entry with those of its observables that can be read, each by itself; None where that is none, or all of them."""
-
-    def can_be_read(name: str) -> bool:
-        try:
-            _of_part(entry, [name]).read_reference(folder)
-        except InputError:
-            return False
-        return True
-
-    kept = [name for name in entry.observables if can_be_read(name)] if entry.reference else []
-    return _of_part(entry, kept) if 0 < len(kept) < len(entry.observables) else None
-
-
-def _of_part(entry: ExperimentEntry, observables: Sequence[str]) -> ExperimentEntry:
-    """The entry with some of its observables alone, and what is said of their columns."""
-    reference, wanted = entry.reference, selectable((entry.control, *observables))
-    tables = {key: said for key in ("columns", "units", "strain", "compression") if isinstance(said := getattr(reference, key), dict)}
-    said = {key: {name: value for name, value in table.items() if name in wanted} for key, table in tables.items()} | {"zero": [name for name in reference.zero if name in wanted]}
-    return entry.model_copy(update={"observables": {name: entry.observables[name] for name in observables}, "reference": reference.model_copy(update=said)})
 
 
 def _out_of_reach(file: CalibrationFile, folder: Path) -> list[Doubt]:

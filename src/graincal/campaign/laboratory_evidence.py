@@ -95,6 +95,8 @@ def _known(reference: Mapping[str, Any]) -> Known:
         rows=tuple(rows) if rows else None,
         sheet=reference.get("sheet"),
         encoding=None if reference.get("encoding") == UNANSWERED else reference.get("encoding"),
+        sample_height=reference.get("sample_height"),
+        sample_volume=reference.get("sample_volume"),
     )
 
 

@@ -112,7 +112,8 @@ def _draw(found: Examination, plot: Path, *, quiet: bool) -> None:
     from graincal.cli.figures import draw_references
 
     if not found.experiments:
-        raise InputError(f"{plot}: nothing was drawn, for no reference can be read before the questions are answered.")
+        typer.echo(f"{plot}: nothing was drawn, for no reference can be read before the questions are answered.", err=True)
+        return
     draw_references(found.calibration.experiments if found.calibration else found.experiments, plot)
     if not quiet:
         typer.echo(f"References drawn to {plot}.")
@@ -201,12 +202,17 @@ def _expectation(calibration: Calibration) -> list[str]:
             lines.append(f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes.")
         known = f" beside the {len(calibration.known)} that are known" if calibration.known else ""
         most = forecast.at_most
-        limit = f", and ends after {most} at the most, {duration(seconds * most / samples)}" if most else ""
+        spent = duration(seconds * forecast.evaluations / samples)
+        if most is not None and forecast.evaluations >= most:
+            course = f"The limit ends it after {most}, about {spent}, where most calibrations have not settled"
+        else:
+            limit = f", and ends after {most} at the most, {duration(seconds * most / samples)}" if most else ""
+            course = f"As most do, a calibration settles after some {forecast.evaluations}, about {spent}{limit}"
         hours = f" It begins no further batch after {calibration.stop.hours:g} hours." if calibration.stop.hours else ""
         return [
             *lines,
-            f"Expect {samples} evaluations that fill the ranges{known}, about {duration(seconds)} {with_workers}. As most do, a calibration settles after some "
-            f"{forecast.evaluations}, about {duration(seconds * forecast.evaluations / samples)}{limit}; the filter itself takes some seconds more after each batch.{hours}",
+            f"Expect {samples} evaluations that fill the ranges{known}, about {duration(seconds)} {with_workers}. {course}; "
+            f"the filter itself takes some seconds more after each batch.{hours}",
         ]
     rounds = limits.rounds
     most = f"; at most {limits.evaluations} evaluations in {rounds} iteration{'s' * (rounds > 1)}, {duration(rounds * seconds)}" if rounds else ""

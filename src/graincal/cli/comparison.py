@@ -15,11 +15,15 @@ from graincal.campaign.config import ExperimentEntry, read_references
 from graincal.data import InputError, Reference
 from graincal.laboratory.another_file import Before, read_another
 from graincal.laboratory.quantities import STRESS_FORMS
+from graincal.laboratory.table import read_table
+from graincal.laboratory.understanding.remarks import confining_pressures
 from graincal.models import OedometricTest, StressPathTest, TriaxialTest, UndrainedTest
 from graincal.models.compression import CompressionTest
 from graincal.models.stress_path import RETURNED, STRAINS
 from graincal.positions import POSITION
 
+OTHER_PRESSURE = 0.05
+"""Of a confining pressure: within it a test was made at the same one."""
 COMPARED = ("stress_ratio", "volumetric_strain")
 COMPARED_OF_KIND = {UndrainedTest.kind: ("deviatoric_stress", "excess_pore_pressure"), OedometricTest.kind: ("axial_stress", "void_ratio")}
 """What tests are compared by, where no experiment says it."""
@@ -112,6 +116,7 @@ def calibrated_against(result: Result, reference: Reference) -> str | None:
 def _of_laboratory(path: Path, test: Compared, measured_like: Experiment | None, asked: Mapping[str, Any], before: Before | None) -> Reference:
     own = [name for name in asked.get("columns", ()) if name in test.returned and name not in (test.control, "axial_strain", *STRESS_FORMS)]
     observables = tuple(dict.fromkeys((*test.observables, *own)))
+    _refuse_other_pressure(path, test, asked)
     reference = read_another(path, test.control, observables, asked=asked, before=before, **test.reading)
     other = measured_like.reference if measured_like else reference
     errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
@@ -120,6 +125,13 @@ def _of_laboratory(path: Path, test: Compared, measured_like: Experiment | None,
         return reference
     taken = f'measurement errors are taken to be those of "{measured_like.name}".'
     return replace(reference, measurement_errors=errors, control_step=step, notes=(*reference.notes, taken))
+
+
+def _refuse_other_pressure(path: Path, test: Compared, asked: Mapping[str, Any]) -> None:
+    """Refuse a shear test whose file says in words that it was made at another effective confining pressure."""
+    said = [value for value, effective in confining_pressures(read_table(path, encoding=asked.get("encoding"), sheet=asked.get("sheet")).remarks) if effective]
+    if test.control in STRAINS and test.confining_pressure and len(said) == 1 and not np.isclose(said[0], test.confining_pressure, rtol=OTHER_PRESSURE):
+        raise InputError(f"{path}: a line above the table says an effective confining pressure of {said[0]:g} Pa, and the test is predicted at {test.confining_pressure:g} Pa: --confining-pressure gives that of the file.")
 
 
 def settings_of(path: Path, test: Compared) -> dict[str, Any]:

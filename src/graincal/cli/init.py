@@ -39,6 +39,8 @@ def init(
     rows: Rows = None,
     sheet: Sheet = None,
     encoding: Annotated[str | None, typer.Option(help="How the text is encoded, such as cp1251.", metavar="NAME")] = None,
+    sample_height: Annotated[float | None, typer.Option(min=0, help="Of the sample where a displacement is 0, in m.")] = None,
+    sample_volume: Annotated[float | None, typer.Option(min=0, help="Of the sample where a change of volume is 0, in m3.")] = None,
     packing: Annotated[Path | None, typer.Option(help="The packing file to simulate with; without, one is prepared when the calibration is first read.", metavar="FILE")] = None,
     void_ratio: Annotated[float | None, typer.Option(min=0, help="Of the packing that is prepared.")] = None,
     relative_density: Annotated[float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")] = None,
@@ -61,7 +63,7 @@ def init(
         _look_at_pressure(confining_pressure)
     check_alone(packing, void_ratio, relative_density, grading, particles)
     known = _known(
-        kind=kind, strain=strain, confining_pressure=confining_pressure, void_ratio=void_ratio, column=column, stress_unit=stress_unit, compression=compression, stage=stage, rows=rows, sheet=sheet, encoding=encoding
+        kind=kind, strain=strain, confining_pressure=confining_pressure, void_ratio=void_ratio, column=column, stress_unit=stress_unit, compression=compression, stage=stage, rows=rows, sheet=sheet, encoding=encoding, sample_height=sample_height, sample_volume=sample_volume
     )
     grains = Packing.read(packing) if packing else None
     check_file(output)
@@ -133,6 +135,8 @@ def _known(
     rows: str | None,
     sheet: str | None,
     encoding: str | None,
+    sample_height: float | None,
+    sample_volume: float | None,
 ) -> Known:
     """What the options say of the file."""
     from graincal.laboratory import Known
@@ -152,4 +156,6 @@ def _known(
         rows=first_and_last(rows),
         sheet=sheet,
         encoding=encoding,
+        sample_height=sample_height,
+        sample_volume=sample_volume,
     )

@@ -31,7 +31,7 @@ def _check_what_is_there(path: Path, option: str) -> None:
         raise InputError(f"{path}: this is a link to nowhere, and the name of a file to write was expected.")
     # A pipe or a device takes what it is given, and a file that is empty has nothing to lose: a shell may have made it for /dev/stdout.
     if path.is_file() and path.stat().st_size > 0:
-        raise InputError(f"{path}: this file is there already and is not overwritten; name another by {option}.")
+        raise InputError(f"{path}: this file is there already and is not overwritten; delete it, or name another by {option}.")
 
 
 def check_table(path: Path) -> None:

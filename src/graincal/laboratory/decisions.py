@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 
 UNANSWERED = "?"
@@ -12,15 +11,13 @@ UNANSWERED = "?"
 
 @dataclass(frozen=True)
 class Decision:
-    """A value that the file decides: `what` is the key of a calibration file that it stands under, `because` the proof, as the end of a sentence.
-
-    by: "proof" of its numbers or its form; its "words", a remark or a name, which may be wrong; or the "person" who said it.
-    """
+    """A value that the file proves: `what` is the key of a calibration file that it stands under, `because` the proof, as the end of a sentence. by: "proof" for what
+    columns prove, "words" for what a line or a name says, "person" for what a person says."""
 
     what: str
     value: str
     because: str
-    by: Literal["proof", "words", "person"] = "proof"
+    by: str = "proof"
 
     def __str__(self) -> str:
         value = self.value if any(map(str.isalnum, self.value)) else f'"{self.value}"'

@@ -115,7 +115,7 @@ def read_reference(
     plain = {column.key: to_plain(table, column, printed[column.key][complete], lines, conventions) for column in found}
     plain = _counted_from_the_first(table.path, zero, found, plain)
     refuse_contradictions(table, found, plain)
-    _refuse_tension(table, sources.get("stress_ratio"), plain, control)
+    _refuse_tension(table, sources.get("stress_ratio"), plain, control, conventions)
     values, plain, lines, notes = _values(sources, plain, lines, confining_pressure)
     _refuse_wrong_way(table, sources[control].columns[0], values[control], conventions, control)
     compared, cut = _until(table, control, values[control], lines, until)
@@ -216,13 +216,14 @@ def _refuse_not_positive(path: str, key: str, numbers: Mapping[str, float | None
             raise InputError(f"{path}: {key}{' of ' + name if name else ''} must be a positive number, not {number!r}.")
 
 
-def _refuse_tension(table: Table, source: Source | None, plain: Mapping[Key, NDArray[np.float64]], control: str) -> None:
+def _refuse_tension(table: Table, source: Source | None, plain: Mapping[Key, NDArray[np.float64]], control: str, conventions: Conventions) -> None:
     """Refuse a stress that is mostly negative while the sample is compressed: its sign is turned."""
     for column in source.columns if source and control == "axial_strain" else ():
         if column.quantity in STRESS_MEASURES and np.median(plain[column.key]) < 0:
-            raise InputError(
-                f"{table.path}: column {column.label} is mostly negative in compression, if that is its sign convention write compression = {{ {column.quantity} = \"negative\" }}."
-            )
+            turned = conventions.is_reversed(column.quantity)
+            way = "its sign was turned, as compression says; if that is wrong" if turned else "if that is its sign convention"
+            word = "positive" if turned else "negative"
+            raise InputError(f'{table.path}: column {column.label} is mostly negative in compression, {way} write compression = {{ {column.quantity} = "{word}" }}.')
 
 
 def _refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64], conventions: Conventions, control_name: str) -> None:

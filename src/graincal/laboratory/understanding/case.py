@@ -12,7 +12,7 @@ from graincal.data import InputError
 from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import Decision, Question
 from graincal.laboratory.table import Table
-from graincal.laboratory.understanding.remarks import back_pressure
+from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.seen import Seen, one
 from graincal.laboratory.understanding.stress_state import StressState
 
@@ -30,7 +30,7 @@ class NotUnderstood(InputError):
 @dataclass(frozen=True)
 class Known:
     """What a person knows beyond the file. columns: quantity -> place and unit (None for the file's). compression: quantity -> "positive" or "negative".
-    stress_unit: that of the stresses whose headers state none."""
+    stress_unit: that of the stresses whose headers state none. sample_height and sample_volume in m and m³."""
 
     kind: str | None = None
     strain: str | Mapping[str, str] | None = None
@@ -43,6 +43,8 @@ class Known:
     rows: tuple[int, int] | None = None
     sheet: str | int | None = None
     encoding: str | None = None
+    sample_height: float | None = None
+    sample_volume: float | None = None
 
 
 @dataclass(eq=False)
@@ -71,8 +73,8 @@ class Case:
     def replace(self, column: Seen) -> None:
         self.columns = [column if other.index == column.index else other for other in self.columns]
 
-    def decide(self, what: str, value: object, because: str) -> None:
-        self.decided.append(Decision(what, str(value), because))
+    def decide(self, what: str, value: object, because: str, **how: str) -> None:
+        self.decided.append(Decision(what, str(value), because, **how))
 
     def ask(self, key: str, sentence: str, answers: tuple[str, ...] = (), proposed: str = "", option: str = "") -> None:
         if not any(question.key == key for question in self.questions):
@@ -82,6 +84,16 @@ class Case:
     def shortening(self) -> Seen | None:
         """The column that the axial strain follows from."""
         return self.column("axial_strain") or self.column("axial_displacement")
+
+    @property
+    def sample_height(self) -> float | None:
+        """m, of the sample when a displacement of it is 0."""
+        return self.known.sample_height or remarks.sample_height(self.words)
+
+    @property
+    def sample_volume(self) -> float | None:
+        """m³, of the sample when a change of it is 0."""
+        return self.known.sample_volume or remarks.sample_volume(self.words)
 
     @property
     def void_ratio(self) -> Seen | None:
@@ -97,10 +109,22 @@ class Case:
     @property
     def wet(self) -> bool:
         """Whether the file speaks of a pore or back pressure."""
-        return any(self.column(name) for name in ("pore_pressure", "excess_pore_pressure", "back_pressure")) or back_pressure(self.words) is not None
+        return any(self.column(name) for name in ("pore_pressure", "excess_pore_pressure", "back_pressure")) or remarks.back_pressure(self.words) is not None
 
 
 def extreme(values: NDArray[np.float64]) -> float:
     """The value (of T) furthest from 0."""
     values = values[~np.isnan(values)]
     return float(values[np.argmax(np.abs(values))]) if values.size else 0.0
+
+
+def extent(values: NDArray[np.float64]) -> float:
+    """From the lowest to the highest of the values (T,); 0 without any."""
+    values = values[~np.isnan(values)]
+    return float(np.ptp(values)) if values.size else 0.0
+
+
+def noise(values: NDArray[np.float64]) -> float:
+    """About the standard deviation from row to row of values (T,), whose course is smooth over three rows; 0 of fewer than five."""
+    values = values[~np.isnan(values)]
+    return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6)) if len(values) >= 5 else 0.0

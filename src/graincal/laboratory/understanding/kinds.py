@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.laboratory.understanding import remarks
-from graincal.laboratory.understanding.case import IN_WORDS, Case
+from graincal.laboratory.understanding.case import IN_WORDS, Case, extent, extreme, noise
 from graincal.laboratory.understanding.stress_state import CONSTANT, variation
 from graincal.laboratory.understanding.strains import proof, void_ratio_of
+from graincal.laboratory.understanding.volume import volume_changes
 
 KINDS = ("triaxial", "undrained", "constant-mean-stress", "oedometric", "isotropic")
 COMPRESSED = 1.5
 """A compression test goes to so many times its first stress at the least."""
-DRIFT = 0.25
+DRIFT = 0.2
 """A lateral stress is held in a drained test whose corrections for membrane and area let it drift by less than this part."""
-CHANGED = 0.02
-"""A pore pressure changes that changes by so much of the lateral stress."""
-SAME_VOLUME = 5e-4
-"""Volumetric strains below it are those of a test at constant volume."""
+STILL, CHANGED = 0.02, 0.1
+"""Of the lateral stress: a pore pressure that changes by less than the one stays, by more than the other it changes; between them its change has to be clear of its noise."""
+CLEAR_OF_NOISE = 8.0
 
 
 def decide_kind(case: Case) -> None:
@@ -27,7 +27,7 @@ def decide_kind(case: Case) -> None:
     said = remarks.kind(case.words)
     if case.known.kind is not None:
         case.kind = case.known.kind
-        case.decide("kind", case.kind, "you gave it")
+        case.decide("kind", case.kind, "you gave it", by="person")
         if proven and proven != case.kind:
             case.ask("kind", f"You say {case.kind}, and the file is of {IN_WORDS[proven]}, because {because}: which is it?", KINDS, proven, "--kind")
     elif (other := remarks.other_test(case.words)):
@@ -36,7 +36,7 @@ def decide_kind(case: Case) -> None:
     elif said == "constant-mean-stress" and proven == "triaxial" and (case.state is None or case.state.lateral is None):
         # A change of volume alone does not tell the two apart.
         case.kind = said
-        case.decide("kind", said, "the file says so in words")
+        case.decide("kind", said, "the file says so in words", by="words")
     elif proven and said and said != proven and not (proven == "constant-mean-stress" and said == "triaxial"):
         case.kind = proven
         case.ask("kind", f"The file says {IN_WORDS[said]}, and its columns are of {IN_WORDS[proven]}, because {because}: which is it?", (said, proven), proven, "--kind")
@@ -45,7 +45,7 @@ def decide_kind(case: Case) -> None:
         case.decide("kind", proven, because)
     elif said:
         case.kind = said
-        case.decide("kind", said, "the file says so in words")
+        case.decide("kind", said, "the file says so in words", by="words")
     else:
         _ask(case)
     case.extension = case.kind in ("triaxial", "undrained", "constant-mean-stress") and _is_extension(case)
@@ -63,7 +63,7 @@ def _ask(case: Case) -> None:
 def _undecided(case: Case) -> str:
     """Why the columns prove no kind of a test in which the sample is sheared."""
     lateral = case.state.lateral if case.state is not None else None
-    if _volume_changes(case) and lateral is not None and variation(lateral) >= DRIFT:
+    if volume_changes(case) and lateral is not None and variation(lateral) >= DRIFT:
         return f"The volume changes while the effective lateral stress goes from {np.nanmin(lateral):.6g} to {np.nanmax(lateral):.6g} Pa, which is neither a drained test at a constant one nor one at constant volume"
     reasons = "; ".join(f"{column.label} would be {column.unusable}" for column in case.columns if column.unusable and column.meaning.quantity in ("volume_change", "volumetric_strain", "pore_pressure", "excess_pore_pressure", "void_ratio"))
     return "The file has neither a change of volume nor a pore pressure that tells a drained from an undrained test" + (f" ({reasons})" if reasons else "")
@@ -109,19 +109,21 @@ def _sheared(case: Case) -> tuple[str, str]:
     """A triaxial test: whether the volume stays, and what stress does."""
     if case.shortening is None:
         return "", ""
-    state, changed = case.state, _volume_changes(case)
+    state, changed = case.state, volume_changes(case)
     pore = _pore_changes(case)
     if pore and not changed:
         return "undrained", f"{pore}" + (" and the volume does not change" if changed is False else "")
-    if changed is False:
-        return "undrained", "the volume does not change"
     lateral = state.lateral if state is not None else None
     mean = state.mean if state is not None else None
+    if changed is False:
+        # An effective lateral stress that is held is none of a test at constant volume.
+        held = lateral is not None and _lateral_is_effective(case) and variation(lateral) < CONSTANT
+        return ("", "") if held else ("undrained", "the volume does not change")
     if changed and not pore:
         if mean is not None and lateral is not None and variation(mean) < CONSTANT / 2 and variation(lateral) > 2 * CONSTANT:
             return "constant-mean-stress", f"the mean effective stress stays at {np.nanmean(mean):.6g} Pa, and the lateral one does not"
         if lateral is None or variation(lateral) < DRIFT:
-            return "triaxial", "the volume changes" + ("" if lateral is None else f", and the effective lateral stress stays at {np.nanmean(lateral):.6g} Pa")
+            return "triaxial", "the volume changes" + _held(lateral)
         return "", ""
     if changed is None and mean is not None and variation(mean) < CONSTANT / 2 and variation(lateral) > 2 * CONSTANT and not case.wet:
         return "constant-mean-stress", f"the mean stress stays at {np.nanmean(mean):.6g} Pa, and the lateral one does not"
@@ -134,6 +136,15 @@ def _sheared(case: Case) -> tuple[str, str]:
     return "", ""
 
 
+def _held(lateral: NDArray[np.float64] | None) -> str:
+    """What the effective lateral stress of a drained test does, behind another proof."""
+    if lateral is None:
+        return ""
+    if variation(lateral) < CONSTANT / 2:
+        return f", and the effective lateral stress stays at {np.nanmean(lateral):.6g} Pa"
+    return f", and the effective lateral stress changes little, from {np.nanmin(lateral):.6g} to {np.nanmax(lateral):.6g} Pa"
+
+
 def _lateral_is_effective(case: Case) -> bool:
     """Whether the lateral stress is said to be, or comes from, effective ones: a constant total one proves nothing."""
     named = [column for column in case.columns if column.index in (case.state.quantities if case.state else {})]
@@ -142,46 +153,23 @@ def _lateral_is_effective(case: Case) -> bool:
     )
 
 
-def _volume_changes(case: Case) -> bool | None:
-    """None where no column says."""
-    strain = case.column("volumetric_strain") or (case.summed[0] if case.summed else None)
-    axial, radial = case.column("axial_strain"), case.column("radial_strain")
-    if strain is None and axial is not None and radial is not None:
-        # Sums of engineering strains are off by the square of them.
-        signs = [np.sign(np.nanmean(each.plain)) for each in (axial, radial)]
-        away = np.abs(np.abs(axial.plain) + 2 * signs[0] * signs[1] * np.abs(radial.plain))
-        return bool(np.nanmax(away) > 0.05 * np.nanmax(np.abs(axial.plain)))
-    if case.summed:
-        return bool(np.ptp(np.sum([column.plain for column in case.summed], axis=0)) > SAME_VOLUME)
-    if strain is not None:
-        return _ptp(strain.plain) > SAME_VOLUME
-    if (ratio := case.void_ratio) is not None:
-        return _ptp(void_ratio_of(ratio.quantity, ratio.values)) > 2 * SAME_VOLUME
-    if case.column("volume_change") is not None:
-        return _ptp(case.column("volume_change").values) > 0
-    return None
-
-
 def _pore_changes(case: Case) -> str:
-    """In words, that the pore pressure changes; empty where it does not or is not known."""
-    column = case.column("excess_pore_pressure") or case.column("pore_pressure")
-    if column is None:
+    """In words, that the pore pressure changes; empty where it does not, or not clearly, or nothing says how large the stresses are."""
+    column, state = case.column("excess_pore_pressure") or case.column("pore_pressure"), case.state
+    stress = None if state is None else state.lateral if state.lateral is not None else state.deviator
+    if column is None or stress is None:
         return ""
-    lateral = case.state.lateral if case.state is not None else None
-    scale = np.nanmax(np.abs(lateral)) if lateral is not None else np.nanmax(np.abs(case.state.deviator)) if case.state is not None and case.state.deviator is not None else 0.0
-    change = _ptp(column.plain)
-    return f"{column.label} changes by {change:.6g} Pa" if change > CHANGED * scale else ""
-
-
-def _ptp(values: NDArray[np.float64]) -> float:
-    values = values[~np.isnan(values)]
-    return float(np.ptp(values)) if values.size else 0.0
+    change, scale = extent(column.plain), abs(extreme(stress))
+    if change <= STILL * scale or (change <= CHANGED * scale and change <= CLEAR_OF_NOISE * noise(column.plain)):
+        return ""
+    return f"{column.label} changes by {change:.6g} Pa"
 
 
 def _is_extension(case: Case) -> bool:
     """Whether the axial stress falls below the lateral one."""
     if case.state is not None and case.state.deviator is not None:
-        values = case.state.deviator[~np.isnan(case.state.deviator)]
-        return bool(values.size and values[np.argmax(np.abs(values))] < 0)
+        return extreme(case.state.deviator) < 0
+    if (part := case.column("deviator_to_mean_stress")) is not None:
+        return extreme(part.values) < 0
     ratio = case.column("stress_ratio")
     return ratio is not None and float(np.nanmedian(ratio.plain)) < 0.95

@@ -31,7 +31,7 @@ def decide_measures(case: Case, read: tuple[str, ...]) -> None:
                 case.notes.append(f"The file speaks of {said} strain, and you of {given} strain: yours is taken.")
         elif said:
             case.measures[name] = said
-            case.decide(f"strain.{name}", said, "the file says so in words")
+            case.decide(f"strain.{name}", said, "the file says so in words", by="words")
         else:
             case.measures[name] = UNANSWERED
     _ask(case, next((measure for measure, _ in proven.values()), "engineering"))

@@ -35,7 +35,7 @@ def decide_pressure(case: Case) -> float | None:
     if said is not None and because.startswith("columns") and not math.isclose(said[0], found, rel_tol=CONTRADICTED) and (said[1] or not case.wet):
         case.ask("confining_pressure", f"A line above the table says a confining pressure of {said[0]:g} Pa, and the columns come to {found:.6g} Pa: which is it?", (f"{said[0]:g}", f"{found:.6g}"), f"{found:.6g}", "--confining-pressure")
         return found
-    case.decide("confining_pressure", f"{found:.6g}", because.removeprefix("columns: "))
+    case.decide("confining_pressure", f"{found:.6g}", because.removeprefix("columns: "), by="proof" if because.startswith("columns") else "words")
     return found
 
 

@@ -12,24 +12,34 @@ _NUMBER = r"(?P<number>\d[\d.,]*(?:[eE][+-]?\d+)?)"
 _UNIT = r"(?:\W*[\[(](?P<before>[^\d\])]+[²2]?)[\])])?\D*?" + _NUMBER + r"[\s\[(]*(?P<after>[A-Za-z][\w/²^]*)?"
 _CONFINING_PRESSURE = re.compile(
     # Neither a preconsolidation, nor the largest pressure of an apparatus, nor a formula with σ3 in it.
-    r"(?<![^\W\d_])(?<!max )(?<!max\. )(?<!maximum )(?<!pre-)(?<![-–/+*(])(?<![-–/+*] )(?P<effective>(?:eff(?:ective|ektive|\.)?\s+)?)(?:(?:confining|cell|lateral|radial|chamber|consolidation)\s+(?:pressure|stress)|zelle?n?druck|seitendruck|konsolidationsspannung|pression de confinement|"
-    r"contrainte de confinement|presi[oó]n de (?:confinamiento|c[aá]mara)|tens[aã]o confinante|围压|(?:σ|sigma)[_ ]*[3c](?P<prime>['′])?(?!\s*[)/\]}*+]))(?:[ ,(]*(?:σ|sigma)[_ ]*[3c]['′]?\)?)?" + _UNIT,
+    r"(?<![^\W\d_])(?<!max )(?<!max\. )(?<!maximum )(?<!pre-)(?<![-–/+*(])(?<![-–/+*] )(?P<effective>(?:eff(?:ective|ektive[rs]?|\.)?\s+)?)(?:(?:confining|cell|lateral|radial|chamber|consolidation)\s+(?:pressure|stress)|zell(?:en)?druck|zellspannung|seitendruck|seitenspannung|konsolidationsspannung|pression de confinement|"
+    r"contrainte de confinement|presi[oó]n de (?:confinamiento|c[aá]mara)|tens[aã]o confinante|围压|(?:σ|sigma)[_ ]*[3c](?P<prime>['′])?(?!\s*[)/\]}*+]))(?P<behind>[ ,(]*(?:effective|effektiv|eff\.)\)?)?(?:[ ,(]*(?:σ|sigma)[_ ]*[3c]['′]?\)?)?" + _UNIT,
     re.IGNORECASE,
 )
-_BACK_PRESSURE = re.compile(r"(?:back[- ]?press(?:ure|\.)?|\bBP\b|\bu_?[0b]\b|\bpore(?:[- ]?water)? pressure|\bporenwasserdruck|\bpression interstitielle|\bpresi[oó]n de poros|sättigungsdruck|saettigungsdruck|backdruck|contre-?pression|contrapresi[oó]n|contrapress[aã]o|反压)" + _UNIT, re.IGNORECASE)
-_VOID_RATIO = re.compile(r"(?:void ratio|porenzahl|indice des vides|[ií]ndice de (?:vac[ií]os|vazios|poros))\D{0,12}?" + _NUMBER, re.IGNORECASE)
+_BACK_PRESSURE = re.compile(r"(?:back[- ]?press(?:ure|\.)?|\bBP\b|\bu_?[0b]\b|\bpore(?:[- ]?water)? pressure|\bporenwasserdruck|\bpression interstitielle|\bpresi[oó]n de poros|sättigungsdruck|saettigungsdruck|gegendruck|backdruck|contre-?pression|contrapresi[oó]n|contrapress[aã]o|反压)" + _UNIT, re.IGNORECASE)
+_VOID_RATIO = re.compile(
+    r"(?P<before>[^,;|]{0,24}?)(?:(?:void[- ]ratio|porenzahl|indice des vides|[ií]ndice de (?:vac[ií]os|vazios|poros)|孔隙比|間隙比)"
+    r"(?:,?\s*\(?\be(?:_?[0cₒ₀])?\b\)?)?|(?<![^\W_])e_?[0₀](?![^\W]))"
+    r"(?:\s*\(?(?:initial|after consolidation|before shear(?:ing)?|of the (?:sample|specimen)|nach (?:der )?konsolidation|vor (?:dem )?abscheren|après consolidation|tras consolidación)\)?)?\s*(?:[:=,;]|\bis\b|\bof\b)?\s*" + _NUMBER + r"(?!\s*[-–%\d]|\s*to\b)",
+    re.IGNORECASE,
+)
+_OF_LIMITS = re.compile(r"max|min|loose|dens(?:est|e\b)|lockerst|dichtest|critical|kritisch|limit|range|lâche|suelto|denso", re.IGNORECASE)
+"""Before a void ratio: it is not the sample's."""
+VOID_RATIOS_OF_SOIL = (0.1, 4.0)
 SAME = 0.01
 """Pressures and sizes that are said twice are the same within this part."""
 _SIZES = {
-    "height": re.compile(r"\bheight\b" + _UNIT, re.IGNORECASE),
-    "diameter": re.compile(r"\bdiameter\b" + _UNIT, re.IGNORECASE),
-    "volume": re.compile(r"\b(?:initial|sample|specimen) volume\b" + _UNIT, re.IGNORECASE),
+    "height": re.compile(r"(?:\bheight\b|\b(?:proben|anfangs)?höhe\b|\bhauteur\b|\baltura\b|\baltezza\b|высота|高度|高さ)" + _UNIT, re.IGNORECASE),
+    "diameter": re.compile(r"(?:\bdiameter\b|\b(?:proben)?durchmesser\b|\bdiam[eè]tre\b|\bdi[aá]metro\b|\bdiametro\b|диаметр|直径)" + _UNIT, re.IGNORECASE),
+    "volume": re.compile(r"\b(?:(?:initial|sample|specimen) volume|proben-?volumen|anfangsvolumen|volume initial|volumen inicial)\b" + _UNIT, re.IGNORECASE),
 }
 _OF_OTHER_THINGS = re.compile(r"\b(?:cap|platen|piston|cell|mould|mold|membrane|stone|disc|disk|fall|drop|hammer|layer|tube|ram)\b[^,;:]*$", re.IGNORECASE)
 """Before a height or a diameter: it is not the sample's."""
 _AT_SHEAR = re.compile(r"after (?:isotropic |anisotropic )?consolidation|consolidated|(?:before|at start of) shear|nach (?:der )?konsolid|vor (?:dem )?abscher|après consolidation|tras (?:la )?consolidaci", re.IGNORECASE)
-_UNDRAINED = re.compile(r"\bundrained\b|\bCI?U\b|\bCK0U\b|undr[aä]e?nier|non[- ]drain|no drenad|n[aã]o[- ]drenad|недренир|不排水|非排水", re.IGNORECASE)
-_DRAINED = re.compile(r"(?<!un)\bdrained\b|\bCI?D\b|(?<!un)dr[aä]e?niert|(?<!non )(?<!non-)\bdrain[ée]|(?<!no )(?<!não )\bdrenad|(?<!не)дренир|(?<!不)排水(?!量)", re.IGNORECASE)
+_UNDRAINED = re.compile(r"\bundrained\b|undr[aä]e?nier|non[- ]drain|no drenad|n[aã]o[- ]drenad|недренир|不排水|非排水", re.IGNORECASE)
+_DRAINED = re.compile(r"(?<!un)\bdrained\b|(?<!un)dr[aä]e?niert|(?<!non )(?<!non-)\bdrain[ée]|(?<!no )(?<!não )\bdrenad|(?<!не)дренир|(?<!不)排水(?!量)", re.IGNORECASE)
+# In capitals alone, and no value behind: Cu is a coefficient of uniformity.
+_ABBREVIATED = {"undrained": re.compile(r"\bC(?:I|K0|K₀)?U\b(?!\s*[=:<>≈]|\s+\d)"), "triaxial": re.compile(r"\bC(?:I|K0|K₀)?D\b(?!\s*[=:<>≈]|\s+\d)")}
 _OEDOMETER = re.compile(r"[oö]e?dom|oedom|édom|edom[eé]t|одометр|компресси|one[- ]dimensional|1-?D (?:compression|consolidation)|\bCRS\b|consolidation test|压缩试验|圧密", re.IGNORECASE)
 _ISOTROPIC = re.compile(r"isotropic (?:compression|consolidation)|isotrope (?:kompression|konsolidation)|compression isotrope|compresi[oó]n is[oó]tropa|等向压缩", re.IGNORECASE)
 _CONSTANT_MEAN = re.compile(r"constant[- ]p\b|constant[- ]mean[- ](?:effective[- ])?(?:normal[- ])?(?:stress|pressure)|\bp['′]?\s*=\s*const|\bp['′]?[- ](?:is )?(?:held |kept )?constant|p['′]?\s*=?\s*konstant", re.IGNORECASE)
@@ -59,7 +69,7 @@ _SIGNS = {
 
 def confining_pressures(remarks: Sequence[str]) -> list[tuple[float, bool]]:
     """Those that are said, each in Pa and whether it is said to be effective: the effective ones alone where there are any, and each value once."""
-    found = [(value, bool(said["effective"].strip() or said["prime"])) for remark in remarks for said in _CONFINING_PRESSURE.finditer(remark) if (value := _with_unit(said, "pressure")) is not None]
+    found = [(value, bool(said["effective"].strip() or said["behind"] or said["prime"])) for remark in remarks for said in _CONFINING_PRESSURE.finditer(remark) if (value := _with_unit(said, "pressure")) is not None]
     found = [pressure for pressure in found if pressure[1]] or found
     return [pressure for at, pressure in enumerate(found) if not any(isclose(pressure[0], other[0], rel_tol=SAME) for other in found[:at])]
 
@@ -70,13 +80,16 @@ def back_pressure(remarks: Sequence[str]) -> float | None:
         for found in _BACK_PRESSURE.finditer(remark):
             if (value := _with_unit(found, "pressure")) is not None:
                 return value
-        if re.search(r"back[- ]?press|\bBP\b|contre-?pression|contrapresi[oó]n|s[aä]e?ttigungsdruck|反压|\bskempton|\bB[- ]?(?:value|wert|check)\b", remark, re.IGNORECASE):
+        if re.search(r"back[- ]?press|\bBP\b|contre-?pression|contrapresi[oó]n|s[aä]e?ttigungsdruck|gegendruck|反压|\bskempton|\bB[- ]?(?:value|wert|check)\b", remark, re.IGNORECASE):
             return float("nan")
     return None
 
 
-def void_ratio(remarks: Sequence[str]) -> float | None:
-    return next((value for remark in remarks if (said := _VOID_RATIO.search(remark)) and (value := number(said["number"]))), None)
+def void_ratios(remarks: Sequence[str]) -> list[float]:
+    """The sample's void ratios that are said, each once; not the limits of its material."""
+    found = [number(said["number"]) for remark in remarks for said in _VOID_RATIO.finditer(remark) if not _OF_LIMITS.search(said["before"])]
+    low, high = VOID_RATIOS_OF_SOIL
+    return list(dict.fromkeys(value for value in found if value is not None and low < value < high))
 
 
 def sample_volume(remarks: Sequence[str]) -> float | None:
@@ -112,6 +125,7 @@ def kind(words: Sequence[str]) -> str | None:
         for name, pattern in (("undrained", _UNDRAINED), ("triaxial", _DRAINED), ("oedometric", _OEDOMETER), ("isotropic", _ISOTROPIC))
         if pattern.search(_UNDRAINED.sub(" ", text) if name == "triaxial" else text)
     }
+    said |= {name for name, pattern in _ABBREVIATED.items() if pattern.search(text)}
     if said <= {"triaxial"} and any(map(_CONSTANT_MEAN.search, words)):
         return "constant-mean-stress"
     return said.pop() if len(said) == 1 else None

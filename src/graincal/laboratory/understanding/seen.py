@@ -119,6 +119,13 @@ def _seen(table: Table, index: int, unit_is_said: bool) -> Seen:
     return _usable(table, column, "" if unit_is_said else unknown)
 
 
+_BY_DIMENSION = {
+    ("volume_change", "fraction"): "volumetric_strain", ("volumetric_strain", "volume"): "volume_change",
+    ("axial_displacement", "fraction"): "axial_strain", ("axial_strain", "length"): "axial_displacement",
+}  # fmt: skip
+"""What a header means whose unit is of the other measure: a change of volume in % is a volumetric strain, an axial deformation in mm a displacement."""
+
+
 def _usable(table: Table, column: Seen, unknown: str) -> Seen:
     """With why it cannot be what its header names. Raises InputError for a unit that is stated and not known."""
     quantity = column.meaning.quantity
@@ -132,6 +139,8 @@ def _usable(table: Table, column: Seen, unknown: str) -> Seen:
             f"{table.path}: column {column.label} is in '{unknown}', which is not a unit that is known, and one of {known_units(dimension)} was expected "
             f"(--column {quantity}={column.index + 1}:UNIT says another)."
         )
+    if column.unit is not None and (meant := _BY_DIMENSION.get((quantity, column.unit.dimension))):
+        return replace(column, meaning=replace(column.meaning, quantity=meant))
     if column.unit is not None and column.unit.dimension != dimension:
         return replace(column, unusable=f"{quantity}, but '{column.unit.symbol}' is a unit of {column.unit.dimension}, and one of {known_units(dimension)} was expected")
     return column

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
+from graincal.data import InputError
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.understanding import remarks
-from graincal.laboratory.understanding.case import Case, extreme
+from graincal.laboratory.understanding.case import Case, extent, extreme, noise
 from graincal.laboratory.understanding.strains import proof, void_ratio_of
 from graincal.laboratory.understanding.seen import Seen
 
 CLEAR = 5.0
 """A first movement is clear from so many printed digits on."""
+CLEAR_PART, TURNS = 0.002, 0.01
+"""Of the whole range: what a movement is clear from, and what it turns back by where it turns."""
 MANY = 100
 PEAK = 0.03
 """Of the rise of a stress: what it falls after a peak."""
@@ -51,6 +54,11 @@ def _axial(case: Case) -> None:
         _ask(case, strain, end * wanted, f"The file says that compression is {WORDS[said]}, and {strain.label} {'grows' if end > 0 else 'falls'} while the axial stress is {'below' if case.extension else 'above'} the lateral one")
     elif convention is None and said is None and end < 0:
         _ask(case, strain, -1.0, f"{strain.label} and the stress are both negative or of opposite signs: a test in extension, or another sign convention")
+    elif convention is None and said is None:
+        raise InputError(
+            f"{case.table.path}: the deviator stress is negative while {strain.label} grows, and nothing else tells a compression from an extension: --compression deviator_stress=negative says that the "
+            f"stress has its sign turned in a compression, --compression {key}=negative that the sample is extended."
+        )
     elif convention is not None and said is None and end * wanted != convention:
         _ask(case, strain, end * wanted, f"{strain.label} {'grows' if end > 0 else 'falls'} while the axial stress is {'below' if case.extension else 'above'} the lateral one, against the sign of the stresses")
     elif end * wanted < 0:
@@ -81,7 +89,7 @@ def _volumetric(case: Case, column: Seen) -> None:
     if proven is None:
         axial = case.strain_sign.get("axial_strain", 1.0)
         case.strain_sign[key] = said or axial
-        if said is None and np.ptp(column.plain[~np.isnan(column.plain)]) > 0:
+        if said is None and extent(column.plain) > 0:
             _ask(case, column, axial, f"Nothing proves whether {column.label} is positive where the volume shrinks or where it grows")
     else:
         case.strain_sign[key] = proven
@@ -111,10 +119,10 @@ def _first_movement(case: Case, column: Seen) -> tuple[float | None, str]:
     peak of the stress, or its contraction was not read: then the sign of the axial strain has to agree."""
     values = column.values[~np.isnan(column.values)]
     movement = first_movement(values)
-    clear = max(CLEAR * column.digits, CLEAR * _noise(values))
+    clear = max(CLEAR * column.digits, CLEAR * _noise(values), CLEAR_PART * np.ptp(values))
     if abs(movement) < clear or _went_the_other_way(values, movement) >= clear:
         return None, ""
-    turns = np.ptp(values) - abs(values[-1] - values[0]) >= CLEAR * column.digits
+    turns = np.ptp(values) - abs(values[-1] - values[0]) >= max(clear, TURNS * np.ptp(values))
     convention = case.strain_sign.get("axial_strain", 1.0)
     if not turns and (_has_peak(case) or convention != np.sign(movement)):
         return None, ""
@@ -128,8 +136,8 @@ def _went_the_other_way(values: np.ndarray, movement: float) -> float:
 
 
 def _noise(values: np.ndarray) -> float:
-    """About the standard deviation from row to row of values (T,), of so many that their course is smooth from one to the next; 0 of fewer."""
-    return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6)) if len(values) > MANY else 0.0
+    """That of so many values (T,) that their course is smooth from one to the next; 0 of fewer."""
+    return noise(values) if len(values) > MANY else 0.0
 
 
 def _has_peak(case: Case) -> bool:

@@ -28,6 +28,9 @@ MOST_OTHER_STRAIN = 1 / 3
 """A stage before the shear strains the sample by a smaller part of what the shear does."""
 SETTLED = 0.15
 """A lateral stress is held in the shear to this part of it; corrections for the membrane alone let it drift by a tenth."""
+ISOTROPIC = 0.1
+CONSOLIDATED = 0.3
+"""Of its largest: what an effective lateral stress changes by in a consolidation, and by less in a shear before there is a deviator stress."""
 UNSHEARED = 0.05
 """Of the largest deviator stress: what there may be of one before the shear."""
 ANEW, LOOP = 0.5, 0.1
@@ -87,9 +90,11 @@ def _range(values: NDArray[np.float64]) -> float:
     return float(np.ptp(values)) if values.size else 0.0
 
 
-def refuse_hidden_stages(table: Table, columns: list[Seen], lateral: NDArray[np.float64] | None, deviator: NDArray[np.float64] | None) -> None:
+def refuse_hidden_stages(
+    table: Table, columns: list[Seen], lateral: NDArray[np.float64] | None, deviator: NDArray[np.float64] | None, effective: NDArray[np.float64] | None = None
+) -> None:
     """Refuse a table without stages whose first rows are a saturation or a consolidation: the lateral stress (T,), a total one where it is known, is another there than
-    in the rest, or the volume changes before there is a deviator stress (T,)."""
+    in the rest, the effective one changes by much, or the volume changes, before there is a deviator stress (T,)."""
     if deviator is None:
         return
     largest = float(np.nanmax(np.abs(deviator)))
@@ -102,13 +107,18 @@ def refuse_hidden_stages(table: Table, columns: list[Seen], lateral: NDArray[np.
         rest = float(np.nanmedian(lateral[last + 1 :])) if last + 1 < len(lateral) else float("nan")
         other = np.flatnonzero(np.abs(lateral[: last + 1] - rest) > SETTLED * abs(rest))
         if other.size >= 2:
-            raise _of_stages(table, f"the lateral stress goes from {lateral[0]:g} to {rest:g} while there is hardly a deviator stress, up to line {lines[last]}", lines[min(other[-1] + 1, len(lines) - 2)])
+            raise _of_stages(table, f"the lateral stress goes from {lateral[0]:g} to {rest:g} Pa while there is hardly a deviator stress", lines[last])
+    if effective is not None:
+        # Isotropic beside the stress itself, too: a dense undrained sample comes to a deviator stress many times that.
+        still = int(np.argmin(np.append(np.abs(deviator[: last + 1]) <= ISOTROPIC * np.abs(effective[: last + 1]), False))) - 1
+        if still >= 1 and (moved := abs(effective[still] - effective[0])) > CONSOLIDATED * np.nanmax(np.abs(effective[: still + 1])):
+            raise _of_stages(table, f"the effective lateral stress changes by {moved:g} Pa while there is hardly a deviator stress", lines[still])
     volume = next((column for name in ("volumetric_strain", "volume_change") if (column := one(columns, name))), None)
     strain = one(columns, "axial_strain")
     if volume is not None and strain is not None and last >= 2:
         changed, strained = (_range(column.values[: last + 1]) / (_range(column.values) or 1) for column in (volume, strain))
         if changed > 0.2 and changed > 5 * strained:
-            raise _of_stages(table, f"the volume changes by {100 * changed:.0f} % of its whole change while there is hardly a deviator stress, up to line {lines[last]}", lines[last])
+            raise _of_stages(table, f"the volume changes by {100 * changed:.0f} % of its whole change while there is hardly a deviator stress", lines[last])
 
 
 def refuse_restarts(path: str, strain: NDArray[np.float64], lines: Sequence[int]) -> None:
@@ -141,8 +151,8 @@ def refuse_other_zero(case: Case) -> None:
             )
 
 
-def _of_stages(table: Table, what: str, start: int) -> InputError:
+def _of_stages(table: Table, what: str, last: int) -> InputError:
     return InputError(
-        f"{table.path}: {what}: a consolidation or a saturation seems to stand before the shear, and the file does not say where the shear begins; "
-        f"--rows FIRST-LAST chooses its lines (perhaps {start}-{table.lines[-1]})."
+        f"{table.path}: {what}, up to about line {last}: a consolidation or a saturation seems to stand before the shear, and the file does not say where the shear begins; "
+        f"--rows FIRST-{table.lines[-1]} chooses its lines."
     )

@@ -17,7 +17,7 @@ from graincal.laboratory.stages import choose_rows
 from graincal.laboratory.table import Table, read_table
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.compared import chosen_columns, observables_of
-from graincal.laboratory.understanding.case import Case, Known, NotUnderstood, extreme
+from graincal.laboratory.understanding.case import Case, Known, NotUnderstood, extent, extreme
 from graincal.laboratory.understanding.kinds import decide_kind
 from graincal.laboratory.understanding.measures import decide_measures
 from graincal.laboratory.understanding.pressure import decide_pressure, decide_turns
@@ -27,6 +27,7 @@ from graincal.laboratory.understanding.signs import WORDS, decide_signs
 from graincal.laboratory.understanding.staging import refuse_hidden_stages, refuse_other_zero, refuse_restarts, shear_stage
 from graincal.laboratory.understanding.stress_state import StressState, decide, stress_states
 from graincal.laboratory.understanding.strains import void_ratio_of
+from graincal.laboratory.understanding.volume import volume_changes
 from graincal.laboratory.understanding.units import decide_strains, decide_height, decide_stresses, decide_void_ratio, decide_volume
 
 SHEAR = ("triaxial", "undrained", "constant-mean-stress")
@@ -85,7 +86,7 @@ def understand(path: str | PathLike[str], known: Known = Known()) -> Understandi
     volume = decide_volume(case)
     decide_height(case)
     _decide_state(case)
-    if known.stage is None and known.rows is None and stage is None:
+    if stage is None:
         _refuse_stages(case)
     _refuse_strange(case)
     decide_kind(case)
@@ -110,10 +111,10 @@ def understand(path: str | PathLike[str], known: Known = Known()) -> Understandi
         strain=dict(case.measures),
         confining_pressure=pressure,
         lateral_is_known=case.state is not None and case.state.lateral is not None,
-        void_ratio=known.void_ratio or _void_ratio(case),
+        void_ratio=known.void_ratio if known.void_ratio is not None else _void_ratio(case),
         turns=turns,
         sample_volume=volume if "volume_change" in columns else None,
-        sample_height=remarks.sample_height(case.words) if "axial_displacement" in columns else None,
+        sample_height=case.sample_height if "axial_displacement" in columns else None,
         stage=stage,
         known=known,
         loops=loops,
@@ -143,7 +144,7 @@ def _case(path: str | PathLike[str], known: Known) -> tuple[Case, str | None]:
 def _decide_state(case: Case) -> None:
     """The stress state of each row, from all columns of stresses."""
     stresses = [column for column in case.columns if column.quantity in STRESS_FORMS]
-    if (back := case.column("back_pressure")) is not None and case.column("pore_pressure") is None and _is_drained_by_volume(case):
+    if (back := case.column("back_pressure")) is not None and case.column("pore_pressure") is None and volume_changes(case):
         # Drained, the pore pressure is the back pressure.
         stresses.append(replace(back, meaning=replace(back.meaning, quantity="pore_pressure")))
     if not stresses:
@@ -200,23 +201,18 @@ def _in_words(case: Case, state: StressState) -> str:
     return ", ".join(f"{headers[index]} as {name}{' with its sign turned' * (sign < 0)}" for index, (name, sign) in state.quantities.items())
 
 
-def _is_drained_by_volume(case: Case) -> bool:
-    column = case.column("volumetric_strain") or case.column("volume_change")
-    return column is not None and float(np.ptp(column.plain[~np.isnan(column.plain)])) > 0
-
-
 def _refuse_stages(case: Case) -> None:
     state = case.state
     if state is None or case.column("axial_strain") is None:
         return
     total = state.lateral if state.lateral is None or state.pore is None else state.lateral + state.pore
     for lateral in (total, state.lateral if not _pore_moves(case) else None):
-        refuse_hidden_stages(case.table, case.columns, lateral, state.deviator)
+        refuse_hidden_stages(case.table, case.columns, lateral, state.deviator, state.lateral)
 
 
 def _pore_moves(case: Case) -> bool:
     pore = case.column("pore_pressure") or case.column("excess_pore_pressure")
-    return pore is not None and float(np.ptp(pore.plain[~np.isnan(pore.plain)])) > 0
+    return pore is not None and extent(pore.plain) > 0
 
 
 def _refuse_strange(case: Case) -> None:
@@ -279,11 +275,24 @@ def _compression(case: Case, columns: Mapping[str, Seen | tuple[Seen, ...]]) -> 
 
 
 def _void_ratio(case: Case) -> float | None:
-    """What a remark says, else the first value of a column."""
-    if (said := remarks.void_ratio(case.table.remarks)) is not None:
-        return said
-    column = case.column("initial_void_ratio") or case.void_ratio
-    if column is None:
+    """Of the sample where its test begins: what its column begins with, else what a line says, else what a column of initial void ratios begins with; None for several that differ."""
+    initial = _first_void_ratio(case.column("initial_void_ratio"))
+    if case.kind in ("oedometric", "isotropic") and initial is not None:
+        return initial  # before the first load
+    first, said = _first_void_ratio(case.void_ratio), remarks.void_ratios(case.table.remarks)
+    if first is not None:
+        case.decide("void_ratio", f"{first:g}", f"{case.void_ratio.label} begins so")
+        return first
+    if len(said) > 1:
+        case.notes.append(f"The file says void ratios of {', '.join(f'{value:g}' for value in said)}, and which of them is the sample's is not known.")
         return None
-    values = column.values[~np.isnan(column.values)]
-    return round(float(void_ratio_of(column.quantity, values)[0]), 6)
+    if said:
+        case.decide("void_ratio", f"{said[0]:g}", "a line above the table says so", by="words")
+        return said[0]
+    return initial
+
+
+def _first_void_ratio(column: Seen | None) -> float | None:
+    values = np.array([]) if column is None else column.values[~np.isnan(column.values)]
+    found = void_ratio_of("void_ratio" if column.quantity == "initial_void_ratio" else column.quantity, values) if values.size else None
+    return None if found is None else round(float(found[0]), 6)

@@ -5,18 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graincal.data import InputError
 from graincal.laboratory.quantities import DIMENSIONS, STRAINS
-from graincal.laboratory.understanding.case import Case, extreme
-from graincal.laboratory.understanding.remarks import sample_height, sample_volume
+from graincal.laboratory.understanding.case import Case, extent, extreme
 from graincal.laboratory.understanding.seen import PLAIN, Seen
 from graincal.laboratory.understanding.strains import proof, void_ratio_of
+from graincal.laboratory.understanding.volume import of_strains
 from graincal.laboratory.units import UNITS, find_unit
 
-SURELY_PERCENT, SURELY_FRACTION = 1.5, (0.02, 0.5)
-"""The largest axial strain of a test is a percentage above the one, for no sample is sheared further than to 150 %, and a fraction within the others."""
+SURELY_PERCENT, FRACTION = (1.5, 60.0), (0.05, 0.5)
+"""The largest axial strain of a test is a percentage within the one, for no sample is sheared to 150 %, nor by much more than half its height; within the other it may be a fraction."""
+AT_A_TENTH = 0.5
+"""Of its largest, the deviator stress of a sample that is sheared by percents has come to so much at a tenth of its strain; one that is sheared by a part of a percent has not."""
+PORE_MOVES = 0.02
+"""Of the change of the stresses: what a pore pressure changes by in a test whose volume stays."""
 STRESS_UNITS = "units.stresses"
 """The key of the question for the unit of all stresses that have none."""
 TOO_SMALL_A_PART = 0.004
@@ -59,27 +62,15 @@ def decide_strains(case: Case) -> None:
 
 def refuse_porosity(case: Case) -> None:
     """Refuse a column of void ratios that changes with the volumetric strain as a porosity does, and not as a void ratio."""
-    column, (values, digits) = case.column("void_ratio"), _volumetric(case)
-    if column is None or values is None or np.nanmax(column.plain) >= 0.8:
+    column, found = case.column("void_ratio"), of_strains(case)
+    if column is None or found is None or np.nanmax(column.plain) >= 0.8:
         return
+    values, digits = found
     as_void_ratio, as_porosity = (proof(values, digits, void_ratio_of(quantity, column.plain), 3 * column.last_digit, "-") for quantity in ("void_ratio", "porosity"))
     if as_void_ratio is None and as_porosity is not None:
         raise InputError(
             f"{case.table.path}: {column.label} is called a void ratio, and it changes with the volumetric strain as a porosity does: --column porosity={column.index + 1} reads it as that."
         )
-
-
-def _volumetric(case: Case) -> tuple[NDArray[np.float64] | None, float]:
-    """The volumetric strain (T,) of the columns that give one, as a fraction and about, and the step of its last digit."""
-    axial, radial, own = case.column("axial_strain"), case.column("radial_strain"), case.column("volumetric_strain")
-    if own is not None:
-        return own.plain, own.last_digit
-    if case.summed:
-        return np.sum([column.plain for column in case.summed], axis=0), max(column.last_digit for column in case.summed)
-    if axial is not None and radial is not None:
-        opposite = 1.0 if extreme(axial.values) * extreme(radial.values) < 0 else -1.0
-        return axial.plain + 2 * opposite * radial.plain, 3 * max(axial.last_digit, radial.last_digit)
-    return None, 0.0
 
 
 def _by_void_ratio(case: Case, column: Seen) -> str | None:
@@ -106,15 +97,27 @@ def _by_size(case: Case, bare: list[Seen]) -> None:
     """Strains that share no stated unit: percent or fractions, by the largest of them."""
     axial = next((column for column in bare if column.quantity == "axial_strain"), None)
     value = abs(extreme((axial or bare[0]).values))
-    symbol = "%" if value > SURELY_PERCENT else "-" if SURELY_FRACTION[0] <= value <= SURELY_FRACTION[1] else None
+    symbol = "%" if SURELY_PERCENT[0] < value <= SURELY_PERCENT[1] else "-" if FRACTION[0] <= value <= FRACTION[1] and axial is not None and _is_far_sheared(case, axial) else None
     if symbol is None or axial is None:
         for column in bare:
-            _ask(case, column, "%" if value > SURELY_FRACTION[1] else "-", f"{column.label} has no unit, and values to {abs(extreme(column.values)):g} may be percent or fractions")
+            _ask(case, column, "%" if value > FRACTION[1] else "-", f"{column.label} has no unit, and values to {abs(extreme(column.values)):g} may be percent or fractions")
         return
-    because = f"{axial.label} goes to {value:g}, " + ("and no sample is strained by more than its length" if symbol == "%" else "and a sample is sheared by more than so many percent")
+    because = f"{axial.label} goes to {value:g}, " + ("and no sample is strained by more than its length" if symbol == "%" else "and the stress has come to most of its largest at a tenth of that: the sample is sheared by more than so many percent")
     for column in bare:
         case.decide(f"units.{column.quantity}", symbol, because)
         case.replace(replace(column, unit=UNITS[symbol]))
+
+
+def _is_far_sheared(case: Case, axial: Seen) -> bool:
+    """Whether the stress has grown to most of its largest at a tenth of the axial strain."""
+    names = ("deviator_stress", "half_difference_stress", "axial_stress", "total_axial_stress", "stress_ratio", "deviator_to_mean_stress")
+    stress = next((column for name in names if (column := case.column(name))), None)
+    if stress is None:
+        return False
+    both = ~np.isnan(axial.values) & ~np.isnan(stress.values)
+    strain, values = np.abs(axial.values[both]), np.abs(stress.values[both] - stress.values[both][0])
+    early = strain <= 0.1 * strain.max()
+    return bool(values[early].max(initial=0.0) >= AT_A_TENTH * values.max())
 
 
 def _doubt_sizes(case: Case) -> None:
@@ -122,10 +125,17 @@ def _doubt_sizes(case: Case) -> None:
     axial, volumetric = case.column("axial_strain"), case.column("volumetric_strain")
     if axial is None or volumetric is None or any(question.key.startswith("units.") for question in case.questions):
         return
-    largest, change = abs(extreme(axial.plain)), float(np.ptp(volumetric.plain[~np.isnan(volumetric.plain)]))
-    if 0.01 < largest < 1 and 0 < change < TOO_SMALL_A_PART * largest and change > 20 * volumetric.last_digit and not case.wet:
+    largest, change = abs(extreme(axial.plain)), extent(volumetric.plain)
+    if 0.01 < largest < 1 and 0 < change < TOO_SMALL_A_PART * largest and change > 20 * volumetric.last_digit and not _pore_moves(case):
         other = "-" if volumetric.unit and volumetric.unit.symbol == "%" else "%"
         _ask(case, volumetric, other, f"{volumetric.label} changes by {change:.2g} while the axial strain goes to {largest:.3g}, as if its unit were another")
+
+
+def _pore_moves(case: Case) -> bool:
+    """Whether a pore pressure changes beside the stresses, as in a test whose volume stays."""
+    pore = case.column("pore_pressure") or case.column("excess_pore_pressure")
+    stresses = [column for column in case.columns if column.quantity in ("deviator_stress", "axial_stress", "total_axial_stress", "half_difference_stress", "mean_stress")]
+    return pore is not None and extent(pore.plain) > PORE_MOVES * max((extent(column.plain) for column in stresses), default=0.0)
 
 
 def _ask(case: Case, column: Seen, proposed: str, sentence: str) -> None:
@@ -177,22 +187,22 @@ def _by_pressure(case: Case, bare: list[Seen], proposed: str) -> str | None:
 def decide_height(case: Case) -> None:
     """A displacement is of use with the sample's height alone."""
     column = case.column("axial_displacement")
-    if column is not None and sample_height(case.words) is None:
-        case.replace(replace(column, unusable="axial_displacement, but the file does not say the sample's height, or more than one"))
+    if column is not None and case.sample_height is None:
+        case.replace(replace(column, unusable="axial_displacement, but no line above the table is known as the sample's height, or more than one: --sample-height gives it"))
     elif column is not None and column.unit is None:
         case.replace(replace(column, unusable="axial_displacement, but it has no unit"))
 
 
 def decide_volume(case: Case) -> float | None:
     """The sample's volume in m³ where a change of volume is read; and that column's unit, where one alone makes strains of it that a sample has."""
-    column, volume = case.column("volume_change"), sample_volume(case.words)
+    column, volume = case.column("volume_change"), case.sample_volume
     if column is None or case.column("volumetric_strain") is not None:
         return None
     if volume is None:
-        case.replace(replace(column, unusable="volume_change, but the file does not say the sample's volume, or more than one"))
+        case.replace(replace(column, unusable="volume_change, but no lines above the table are known as the sample's volume, or its height and diameter, or more than one: --sample-volume gives it"))
         return None
     if column.unit is None:
-        change = float(np.ptp(column.values[~np.isnan(column.values)]))
+        change = extent(column.values)
         possible = [symbol for symbol in ("mm3", "cm3", "l", "m3") if 1e-3 < change * UNITS[symbol].factor / volume < 0.4]
         proposed = possible[0] if possible else "mm3"
         case.replace(replace(column, unit=UNITS[proposed]))
