@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from generated.cases import DECIDABLE, DEPRIVED, OPEN_TO_BOTH, Case, cases
 from generated.curves import Array
-from generated.deprived import OPEN, TAKEN
-from generated.outcome import Outcome, differences
+from generated.deprived import ASKED, OPEN, TAKEN
+from generated.outcome import Outcome, differences, read
+from generated.packing import packing
 from generated.units import FRACTIONS, PRESSURES
 from generated.words import CANONICAL, ENGLISH
 
@@ -57,6 +58,14 @@ def test_every_level_of_every_factor_is_there() -> None:
     assert min(seen.values()) >= 5, seen
     groups = Counter(case.group for case in cases())
     assert groups[DECIDABLE] >= 150 and groups[DEPRIVED] >= 150
+
+
+def test_a_refusal_for_another_reason_is_told_from_a_question(tmp_path: Path) -> None:
+    assert ASKED.keys() == TAKEN.keys()
+    file = tmp_path / "lab.csv"
+    file.write_text("eps_a [%],q [kip/in],ev [%]\n0,0,0\n1,100,0.1\n2,150,-0.1\n")
+    given = file, ["--strain", "engineering"], packing(0.68, tmp_path), tmp_path / "calibration.toml", None
+    assert [read(*given, ASKED[name]).verdict for name in ("unknown unit", "no measure of strain")] == ["ASKED", "ASTRAY"]
 
 
 def test_no_two_files_are_alike() -> None:

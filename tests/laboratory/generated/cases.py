@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from .choice import Choice, balanced
-from .deprived import OPEN, TAKEN
+from .deprived import ASKED, OPEN, TAKEN
 from .draft import Draft, drafted, printed
 from .expectation import Expectation
 from .expected import expected
@@ -53,7 +53,7 @@ class Case:
         return path
 
     def outcome(self, folder: Path) -> Outcome:
-        return read(self.write(folder), self.options, packing(self.void_ratio, folder), folder / f"case_{self.number:03d}.toml", self.wanted)
+        return read(self.write(folder), self.options, packing(self.void_ratio, folder), folder / f"case_{self.number:03d}.toml", self.wanted, ASKED[self.name] if self.group == DEPRIVED else "")
 
 
 @cache

@@ -127,7 +127,8 @@ def no_confining_pressure(rng: random.Random) -> Draft:
 
 
 def no_measure_of_strain(rng: random.Random) -> Draft:
-    draft = _draft(rng, strain="axial|axial, volumetric|axial, radial", measure_from="remark|option")
+    # Total stresses that are not called so are asked about before.
+    draft = _draft(rng, strain="axial|axial, volumetric|axial, radial", measure_from="remark|option", stress="q, lateral|axial, lateral|p, q|lateral, u, q|ratio|q")
     draft.remarks.pop("measure", None)
     draft.options.pop("measure", None)
     return draft
@@ -223,6 +224,30 @@ TAKEN: dict[str, Callable[[random.Random], Draft]] = {
         pore_pressure_without_a_total, comma_of_three_digits, no_kind, two_columns_disagree, remark_against_columns, loose_and_dilating,
     )
 }  # fmt: skip
+
+
+ASKED: dict[str, str] = {
+    "total stresses alone": r"\btotal",
+    "unknown unit": r'is not a unit|"reference\.units\.\w+_stress"',
+    "bare stresses": r'"reference\.units\.\w+_stress"|no unit',
+    "mixed strain units": r'"reference\.units\.volumetric_strain"|no unit',
+    "q against strain": r'"reference\.compression\.|\bsign|extension|deviator_stress',
+    "stages not told": r"where the shear begins|\bstages?\b",
+    "porosity called void ratio": r"porosity",
+    "p and q of half the difference": r"half_difference_stress",
+    "fractions under percent": r'"reference\.units\.volumetric_strain"|volume does not change|strain-too-small',
+    "no confining pressure": r'"model\.confining_pressure"|confining pressure',
+    "no measure of strain": r'"reference\.strain|engineering or logarithmic',
+    "effective and total swapped": r"contradict|\beffective\b.*\btotal",
+    "ratio from zero": r"stress-ratio-low|q/p|stress ratio",
+    "pore pressure without a total": r'"model\.confining_pressure"|effective',
+    "comma of three digits": r"'\d+,\d{3}'.*whether|thousands",
+    "no kind": r'"model\.kind"|drained',
+    "two columns disagree": r"contradict",
+    "remark against columns": r'"model\.(kind|confining_pressure)".*which is it',
+    "loose and dilating": r'"reference\.compression\.volumetric_strain"|dilates',
+}
+"""What a question, a problem or a refusal has to speak of, for each kind of deprivation, as a regular expression."""
 
 
 # Files that an expert decides by what soils do, or by figures alone: they may be read rightly or asked about.

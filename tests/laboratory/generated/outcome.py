@@ -1,14 +1,14 @@
 """A file is given to `graincal init` and `graincal check`, and what they say is compared with what is right.
 
 RIGHT: read, and every figure is right. ASKED: refused in a sentence, or `check` has a question or a problem. LACKING: right as far as it goes, but an observable
-is missing. WRONG: passed in silence, and a figure or the kind is not right. BROKEN: neither of the commands keeps to what they promise.
+is missing. ASTRAY: asked or refused, and not about what is undecided. WRONG: passed in silence, and a figure or the kind is not right. BROKEN: neither of the commands keeps to what they promise.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -35,8 +35,13 @@ def _invoke(*arguments: str) -> Result:
         return CliRunner().invoke(app, list(arguments))
 
 
-def read(file: Path, options: list[str], packing: Path, calibration: Path, expected: Expectation | None) -> Outcome:
-    """Run both commands; without an expectation anything that passes in silence is WRONG."""
+def read(file: Path, options: list[str], packing: Path, calibration: Path, expected: Expectation | None, asked: str = "") -> Outcome:
+    """Run both commands; without an expectation anything that passes in silence is WRONG. asked: a regular expression of what is to be asked about."""
+    found = _read(file, options, packing, calibration, expected)
+    return replace(found, verdict="ASTRAY") if found.verdict == "ASKED" and not re.search(asked, found.why) else found
+
+
+def _read(file: Path, options: list[str], packing: Path, calibration: Path, expected: Expectation | None) -> Outcome:
     calibration.unlink(missing_ok=True)
     result = _invoke("init", str(file), "--packing", str(packing), "-o", str(calibration), *options)
     if (refused := _refusal(result)) is not None:
