@@ -26,6 +26,32 @@ def test_a_path_turns_around_where_its_stress_does():
     assert turning_points([4e3, 8e3], 4e3) == turning_points([], 4e3) == ()
 
 
+# stresses from 10, how far they may go back, where they turn around
+WAVERING = [
+    ([10, 20, 19.9, 40], 0.02, ()),
+    ([10, 20, 19.9, 40], 0.0, (20, 19.9)),
+    ([10, 20, 19, 40], 0.02, (20, 19)),
+    # The furthest row is the turn, and small ones beside it are not.
+    ([10, 40, 40.2, 39.9, 40.1, 20, 20.1, 19.9, 80], 0.02, (40.2, 19.9)),
+    # Many small ones in a row come to a large one.
+    ([10, 20, 19.8, 19.6, 19.4, 30], 0.02, (20, 19.4)),
+    ([9.9, 10, 20], 0.02, ()),
+    ([10, 10.1, 9.95], 0.02, ()),
+    ([5, 5.05, 4, 8], 0.02, (4,)),
+    ([], 0.02, ()),
+]
+
+
+@pytest.mark.parametrize(("stresses", "within", "turns"), WAVERING)
+def test_a_path_that_wavers_does_not_turn_around(stresses, within, turns):
+    assert turning_points(stresses, 10, within) == turns
+    # On the rows that go on, a position is that of the path between its turns, which is one without noise.
+    found = positions(stresses, 10, within)
+    onward = np.flatnonzero(found >= np.maximum.accumulate(found)) if stresses else []
+    kept = [row for row in onward if found[row] > 0]
+    np.testing.assert_allclose(stresses_at(found[kept], 10, turns), np.array(stresses)[kept], rtol=1e-12)
+
+
 def test_stresses_and_positions_are_each_others_inverse():
     np.testing.assert_allclose(stresses_at(positions(CYCLE, 2e3), 2e3, TURNS), CYCLE, rtol=1e-12)
     assert stresses_at(0.0, 2e3) == 2e3 and stresses_at(np.log(10), 2e3) == pytest.approx(20e3)

@@ -111,12 +111,12 @@ def _state(columns: Sequence[Seen], choice: tuple[tuple[str, float], ...], forms
 def _doubt(axial: NDArray[np.float64], lateral: NDArray[np.float64]) -> str:
     """Why effective stresses (T,) can be those of no sample; empty where they can."""
     scale, low = float(np.max(np.abs(axial))), min(float(np.min(axial)), float(np.min(lateral)))
-    held = np.abs(lateral) > 1e-3 * scale
-    if 2 * np.sum(held) < len(lateral) and np.max(np.abs(lateral), initial=0.0) < 0.02 * scale:
+    if np.min(lateral) <= 0 and np.max(np.abs(lateral)) < 0.02 * scale:
         return "the lateral stress is 0, as in an unconfined test or of a sensor that was set to 0, and one above it was expected"
     if low < -0.02 * scale:
         return f"an effective stress would fall to {low:.6g} Pa"
-    ratio = float(np.median(axial[held] / lateral[held])) if np.any(held) else np.inf
+    above = lateral > 0
+    ratio = float(np.median(axial[above] / lateral[above])) if np.any(above) else np.inf
     if not 1 / LARGEST_RATIO < ratio < LARGEST_RATIO:
         return f"the axial stress would be {ratio:.3g} times the lateral one, which is no soil's, but may be of another unit"
     return ""
