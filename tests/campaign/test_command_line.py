@@ -240,7 +240,7 @@ def test_init_takes_a_packing_that_is_there(call, tmp_path, monkeypatch):
     (experiment,) = read_calibration(Path("grains/calibration.toml")).experiments
     assert experiment.model.packing.count == 500 and experiment.model.confining_pressure == 5e5
     assert call("init", "reference.csv", "--void-ratio", "0.71", "--particles", "200", "-o", "other.toml").code == 0
-    assert tomllib.loads(Path("other.toml").read_text())["experiment"][0]["model"]["void_ratio"] == 0.71 and "void ratio before shearing: as you gave it" in Path("other.toml").read_text()
+    assert tomllib.loads(Path("other.toml").read_text())["experiment"][0]["model"]["void_ratio"] == 0.71 and "# Before shearing: as you gave it" in Path("other.toml").read_text()
 
 
 def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):

@@ -238,7 +238,7 @@ ASKED: dict[str, str] = {
     "fractions under percent": r'"reference\.units\.volumetric_strain"|volume does not change|strain-too-small',
     "no confining pressure": r'"model\.confining_pressure"|confining pressure',
     "no measure of strain": r'"reference\.strain|engineering or logarithmic',
-    "effective and total swapped": r"contradict|\beffective\b.*\btotal",
+    "effective and total swapped": r"contradict|\beffective\b.*\btotal|\btotal\b.*\beffective",
     "ratio from zero": r"stress-ratio-low|q/p|stress ratio",
     "pore pressure without a total": r'"model\.confining_pressure"|effective',
     "comma of three digits": r"'\d+,\d{3}'.*whether|thousands",

@@ -122,9 +122,3 @@ def extent(values: NDArray[np.float64]) -> float:
     """From the lowest to the highest of the values (T,); 0 without any."""
     values = values[~np.isnan(values)]
     return float(np.ptp(values)) if values.size else 0.0
-
-
-def noise(values: NDArray[np.float64]) -> float:
-    """About the standard deviation from row to row of values (T,), whose course is smooth over three rows; 0 of fewer than five."""
-    values = values[~np.isnan(values)]
-    return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6)) if len(values) >= 5 else 0.0

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graincal.laboratory.backbone import noise
 from graincal.laboratory.understanding import remarks
-from graincal.laboratory.understanding.case import IN_WORDS, Case, extent, extreme, noise
+from graincal.laboratory.understanding.case import IN_WORDS, Case, extent, extreme
 from graincal.laboratory.understanding.stress_state import CONSTANT, variation
 from graincal.laboratory.understanding.strains import proof, void_ratio_of
-from graincal.laboratory.understanding.volume import volume_changes
+from graincal.laboratory.understanding.volume import of_strains, volume_changes
 
 KINDS = ("triaxial", "undrained", "constant-mean-stress", "oedometric", "isotropic")
 COMPRESSED = 1.5
@@ -119,6 +120,8 @@ def _sheared(case: Case) -> tuple[str, str]:
         # An effective lateral stress that is held is none of a test at constant volume.
         held = lateral is not None and _lateral_is_effective(case) and variation(lateral) < CONSTANT
         return ("", "") if held else ("undrained", "the volume does not change")
+    if changed and not pore and not _has_deviator(case) and of_strains(case) is None:
+        return "", ""  # an axial stress alone, with a void ratio, is of an oedometer as well
     if changed and not pore:
         if mean is not None and lateral is not None and variation(mean) < CONSTANT / 2 and variation(lateral) > 2 * CONSTANT:
             return "constant-mean-stress", f"the mean effective stress stays at {np.nanmean(mean):.6g} Pa, and the lateral one does not"
@@ -134,6 +137,11 @@ def _sheared(case: Case) -> tuple[str, str]:
             return "constant-mean-stress", f"the mean effective stress stays at {np.nanmean(mean):.6g} Pa"
         return "undrained", "the effective lateral stress changes, and no column has a change of volume"
     return "", ""
+
+
+def _has_deviator(case: Case) -> bool:
+    """Whether the columns say how far the stresses differ."""
+    return (case.state is not None and case.state.deviator is not None) or any(case.column(name) for name in ("stress_ratio", "deviator_to_mean_stress")) or case.state is None
 
 
 def _held(lateral: NDArray[np.float64] | None) -> str:
@@ -160,7 +168,7 @@ def _pore_changes(case: Case) -> str:
     if column is None or stress is None:
         return ""
     change, scale = extent(column.plain), abs(extreme(stress))
-    if change <= STILL * scale or (change <= CHANGED * scale and change <= CLEAR_OF_NOISE * noise(column.plain)):
+    if change <= STILL * scale or (change <= CHANGED * scale and change <= CLEAR_OF_NOISE * noise(column.plain[~np.isnan(column.plain)])):
         return ""
     return f"{column.label} changes by {change:.6g} Pa"
 

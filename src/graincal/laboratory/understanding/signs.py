@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from graincal.data import InputError
-from graincal.laboratory.backbone import first_movement
+from graincal.laboratory.backbone import first_movement, noise
 from graincal.laboratory.understanding import remarks
-from graincal.laboratory.understanding.case import Case, extent, extreme, noise
+from graincal.laboratory.understanding.case import Case, extent, extreme
 from graincal.laboratory.understanding.strains import proof, void_ratio_of
 from graincal.laboratory.understanding.seen import Seen
 

@@ -62,14 +62,16 @@ def decide_strains(case: Case) -> None:
 
 def refuse_porosity(case: Case) -> None:
     """Refuse a column of void ratios that changes with the volumetric strain as a porosity does, and not as a void ratio."""
-    column, found = case.column("void_ratio"), of_strains(case)
+    column, found, axial = case.column("void_ratio"), of_strains(case), case.column("axial_strain")
+    if found is None and axial is not None:
+        found = axial.plain, axial.last_digit  # without lateral strain, that of an oedometer
     if column is None or found is None or np.nanmax(column.plain) >= 0.8:
         return
     values, digits = found
     as_void_ratio, as_porosity = (proof(values, digits, void_ratio_of(quantity, column.plain), 3 * column.last_digit, "-") for quantity in ("void_ratio", "porosity"))
     if as_void_ratio is None and as_porosity is not None:
         raise InputError(
-            f"{case.table.path}: {column.label} is called a void ratio, and it changes with the volumetric strain as a porosity does: --column porosity={column.index + 1} reads it as that."
+            f"{case.table.path}: {column.label} is called a void ratio, and it changes with the strain as a porosity does: --column porosity={column.index + 1} reads it as that."
         )
 
 
@@ -149,7 +151,7 @@ def _in_words(symbol: str) -> str:
 
 def decide_stresses(case: Case) -> None:
     """Stresses of one file share a unit; one that no header states is asked."""
-    stresses = [column for column in case.columns if (DIMENSIONS.get(column.quantity) == "pressure" or column.quantity == "back_pressure") and not column.unusable]
+    stresses = [column for column in case.columns if DIMENSIONS.get(column.quantity) == "pressure" and not column.unusable]
     if any(column.said for column in stresses):
         # A person who names some columns and their units does without the others that have none.
         for column in [column for column in stresses if column.unit is None and not column.said]:
