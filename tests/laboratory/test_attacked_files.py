@@ -93,6 +93,7 @@ FILES = {
     "heights before and after consolidation": (table(("Displacement (mm)", STRAIN * 0.98), D, V, head="Initial height: 100 mm|Height after consolidation: 98 mm"), AT_100, DRAINED),
     "a cap's height": (table(A, D, ML, head="Top cap height,2,cm|Cap diameter,5,cm|Sample height,10,cm|Sample diameter,5,cm"), AT_100, DRAINED),
     "two heights": (table(A, D, ML, head="Height,10,cm|Diameter,5,cm|Height,12,cm"), AT_100, "? more than one"),
+    "an applied pressure": (table(("Applied Pressure (kPa)", STRESS), E, head="Consolidation test"), "", COMPRESSED),
     "settlements": (table(P, ("Settlement (mm)", SETTLED), head="Oedometer test|Initial height = 20 mm"), "", STRAINED),
     "settlements without a height": (table(P, ("Settlement (mm)", SETTLED), head="Oedometer test"), "", "? columns"),
     "a constant rate of strain": (table(("Axial strain (%)", SETTLED * 5), ("Total vertical stress (kPa)", STRESS * 1.075), ("Pore pressure (kPa)", STRESS * 0.075), E), "", COMPRESSED),

@@ -43,7 +43,7 @@ _CALLED = {
     "mean_stress": "p meanstress meannormalstress meanprincipalstress averagestress isotropicstress pm sigmam (s1+2s3)/3 (sigma1+2sigma3)/3 (sigmaa+2sigmar)/3 octahedralstress "
     "mittlerespannung mittlerenormalspannung mittlerehauptspannung mitteldruck contraintemoyenne pressionmoyenne tensionmedia esfuerzomedio presionmedia tensaomedia tensaonormalmedia tensionemedia pressionemedia "
     "gemiddeldespanning naprezeniesrednie srednienaprezenie strednina stredninapeti ortalamagerilme среднеенапряжение среднееэффективноенапряжение 平均应力 平均主应力 平均正应力 平均応力 平均主応力 평균응력 평균주응력",
-    "axial_stress": "axialstress s1 sigma1 sig1 sigmaa sigmaaxial sa sigmaz sigmazz szz verticalstress majorprincipalstress verticalpressure sigmav sv axialpressure normalstress verticalload "
+    "axial_stress": "axialstress s1 sigma1 sig1 sigmaa sigmaaxial sa sigmaz sigmazz szz verticalstress majorprincipalstress verticalpressure verticaleffectivestress effectiveverticalstress appliedpressure appliedstress appliedverticalstress loadingpressure sigmav sv axialpressure normalstress verticalload "
     "axialspannung axialespannung vertikalspannung hauptspannung hauptspannung1 1hauptspannung grosstehauptspannung vertikalenormalspannung "
     "groesstehauptspannung contrainteaxiale contrainteprincipalemajeure contrainteverticale tensionaxial esfuerzoaxial tensionvertical esfuerzovertical tensaoaxial tensaovertical tensioneassiale tensioneverticale "
     "axialespanning verticalespanning naprezenieosiowe naprezeniepionowe osovenapeti svislenapeti eksenelgerilme duseygerilme "

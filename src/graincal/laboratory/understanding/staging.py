@@ -49,13 +49,13 @@ def shear_stage(table: Table, known: Known) -> tuple[Table, str | None, list[Dec
         return table, None, []
     by_word = [name for name in found if _SHEAR.search(name)]
     if len(by_word) == 1:
-        chosen, because = by_word[0], f"its stages are {say_stages(table)}, and this one is called so"
+        chosen, because, by = by_word[0], f"its stages are {say_stages(table)}, and this one is called so", "words"
     elif (by_strain := _by_strain(table, found, known.columns)) is not None:
-        chosen, because = by_strain, f"its stages are {say_stages(table)}, and the sample is sheared in this one alone"
+        chosen, because, by = by_strain, f"its stages are {say_stages(table)}, and the sample is sheared in this one alone", "proof"
     else:
         raise InputError(f"{table.path}: the file has the stages {say_stages(table)}, and which of them is the shear cannot be told: --stage NAME, or stage under [experiment.reference], chooses one.")
     kept, _ = choose_rows(table, chosen, None)
-    return kept, chosen, [Decision("stage", chosen, because)]
+    return kept, chosen, [Decision("stage", chosen, because, by)]
 
 
 def _is_compression(table: Table, known: Known) -> bool:

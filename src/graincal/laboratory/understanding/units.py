@@ -169,7 +169,7 @@ def decide_stresses(case: Case) -> None:
     names = ", ".join(column.label for column in bare)
     if proven:
         because = "you gave it" if case.known.stress_unit else "the confining pressure that you gave is that of the column in this unit"
-        case.decide("units", proven, f"{because}, for {names}")
+        case.decide("units", proven, f"{because}, for {names}", by="person" if case.known.stress_unit else "proof")
     else:
         why = f"the others are in {proposed}" if len(stated) == 1 else "no stress of the file has one"
         case.ask(STRESS_UNITS, f"{names} {'has' if len(bare) == 1 else 'have'} no unit, and {why}: in which unit {'is it' if len(bare) == 1 else 'are they'}?", ("Pa", "kPa", "MPa", "psi", "kgf/cm2"), proposed, "--stress-unit")
