@@ -10,7 +10,9 @@ import pytest
 import graincal as gc
 from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
-from graincal.campaign.exploring import fill
+from graincal.campaign.exploring import fill, go_on_filling
+from graincal.campaign.library import Library
+from graincal.campaign.points import read_points
 from graincal.campaign.runs import known_runs
 from graincal.campaign.status import status
 from graincal.campaign.store import Store
@@ -183,6 +185,49 @@ def test_what_explore_cannot_take_is_said(tmp_path):
     (tmp_path / "library").mkdir()
     (tmp_path / "library" / "log.txt").touch()
     assert status(library(tmp_path / "library", runs=4))["evaluations"] == 4
+
+
+def test_points_of_somebodys_own_are_run_and_read_back(tmp_path):
+    points = SPACE.from_unit(np.random.default_rng(2).random((5, SPACE.size)))
+    arguments = {"to": STRAIN, "folder": tmp_path / "library", "workers": 1, "points": points}
+    with pytest.raises(KeyboardInterrupt):
+        gc.explore(gc.PythonModel(Impatient(3)), SPACE, **arguments)
+    assert status(tmp_path / "library")["state"] == "interrupted"
+    go_on_filling(tmp_path / "library", [gc.PythonModel(infeasible)])
+    found = Library.read(gc.explore(gc.PythonModel(infeasible), SPACE, **arguments))
+    np.testing.assert_array_equal(found.samples.theta, points)
+    for theta, outcome in zip(points, found.outcomes[0]):
+        expected = infeasible(theta)
+        assert isinstance(outcome, gc.Failure) == isinstance(expected, gc.Failure)
+        if isinstance(outcome, gc.Response):
+            np.testing.assert_array_equal(outcome.values["stress_ratio"], expected["stress_ratio"])
+    assert len(found.responses()) == sum(isinstance(outcome, gc.Response) for outcome in found.outcomes[0])
+    with pytest.raises(gc.InputError, match="holds another library"):
+        gc.explore(gc.PythonModel(infeasible), SPACE, **arguments | {"points": points[::-1]})
+    with pytest.raises(gc.InputError, match="holds another library"):
+        library(tmp_path / "library", runs=5)
+
+
+def test_points_that_are_none_are_refused(tmp_path):
+    points, model, to = SPACE.from_unit(np.full((2, SPACE.size), 0.5)), gc.PythonModel(infeasible), {"to": STRAIN, "folder": tmp_path / "library"}
+    with pytest.raises(gc.InputError, match="runs and points are both given"):
+        gc.explore(model, SPACE, **to, runs=2, points=points)
+    for wrong in (points[:, 1:], "many", np.full_like(points, np.nan)):
+        with pytest.raises(gc.InputError, match="points must be rows of"):
+            gc.explore(model, SPACE, **to, points=wrong)
+    with pytest.raises(gc.InputError, match="point 2 lies outside the ranges"):
+        gc.explore(model, SPACE, **to, points=np.stack([points[0], SPACE.high + 1]))
+    names = SPACE.names
+    (tmp_path / "points.csv").write_text("\n".join(["# chosen", ",".join(("number", *names)), *(",".join(map(repr, (0.0, *row))) for row in points.tolist())]))
+    np.testing.assert_array_equal(read_points(tmp_path / "points.csv", SPACE), points)
+    (tmp_path / "points.csv").write_text(",".join(names[1:]))
+    with pytest.raises(gc.InputError, match=f"points.csv: a column for {names[0]} is missing"):
+        read_points(tmp_path / "points.csv", SPACE)
+    (tmp_path / "points.csv").write_text(",".join(names) + "\n1,x")
+    with pytest.raises(gc.InputError, match="points.csv: each row must hold a number for each of"):
+        read_points(tmp_path / "points.csv", SPACE)
+    with pytest.raises(gc.InputError, match="there is no such file"):
+        read_points(tmp_path / "none.csv", SPACE)
 
 
 TO = 0.02

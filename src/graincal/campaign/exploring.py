@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
@@ -17,7 +18,8 @@ from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
 from graincal.campaign.log import Log
-from graincal.campaign.store import LIBRARY, NAME, Store, holds_campaign
+from graincal.campaign.points import checked_points
+from graincal.campaign.store import LIBRARY, NAME, POINTS, Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.inference import Stop
@@ -32,6 +34,7 @@ def explore(
     folder: str | Path,
     observables: Sequence[str] = ("stress_ratio", "volumetric_strain"),
     runs: int | None = None,
+    points: ArrayLike | None = None,
     seed: int = 1,
     workers: int | Literal["all"] = "all",
     listeners: Sequence[Listener] = (),
@@ -42,7 +45,7 @@ def explore(
     >>> calibrate(test, reference, ParameterSpace.paper(), runs=["library"])                     # doctest: +SKIP
 
     to: the last control value that runs come to, or all of them (T,) for a function that knows no others. model: may be a list of experiments, whose references then say that. observables: what a model must
-    return. runs: how many; by default as many as a calibration fills the ranges with first. Raises InputError as `calibrate`, and for a folder that holds something else.
+    return. runs: how many; by default as many as a calibration fills the ranges with first. points (N, n): parameters to run instead, in the order of the space, within its ranges. Raises InputError as `calibrate`, and for a folder that holds something else.
     """
     if isinstance(model, Sequence):
         experiments = list(model)
@@ -52,7 +55,7 @@ def explore(
         raise InputError("explore needs to know how far runs go: to = the last control value was expected.")
     else:
         experiments = [Experiment("experiment", model, no_reference(to, observables, getattr(model, "control", None)))]
-    return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, listeners)
+    return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, listeners, points)
 
 
 def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None) -> Reference:
@@ -66,17 +69,22 @@ def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name
     return Reference(control, dict.fromkeys(observables, np.ones(len(control))), control_name=name)
 
 
-def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = ()) -> Path:
-    """Make a library of runs for calibrations like this one."""
+def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = (), points: ArrayLike | None = None) -> Path:
+    """Make a library of runs for calibrations like this one: that fill its ranges, or at points of somebody's own (N, n)."""
     # A library has no method, and no end but its runs.
     folder = Path(folder)
     calibration = replace(calibration, method=POSTERIOR, filter_options={}, stop=Stop(), first_look=None, look=None, known=None).check()
+    if points is not None and runs is not None:
+        raise InputError("explore: runs and points are both given, and one of them was expected.")
+    if points is not None:
+        points = checked_points(points, calibration.space)
+        runs = len(points)
     count = calibration.blank_filter().first_batch if runs is None else runs
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
         raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
     if is_library(folder):
         with closing(Store.open(folder)) as store:
-            if not store.keeps(calibration) or store.meta(LIBRARY) != str(count):
+            if not store.keeps(calibration) or store.meta(LIBRARY) != str(count) or not _same_points(_points(store), points):
                 raise InputError(f"{folder}: this folder holds another library, and a new one needs a folder of its own.")
         return go_on_filling(folder, [each.model for each in calibration.experiments], calibration.workers, listeners)
     _refuse_occupied(folder)
@@ -87,7 +95,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
     with closing(Log(folder)) as log:
         # Once more under the lock: another process may have begun here.
         _refuse_occupied(folder)
-        return _fill(calibration, Store.create(calibration, folder, library=count), (*listeners, log))
+        return _fill(calibration, Store.create(calibration, folder, library=count, points=points), (*listeners, log))
 
 
 def _refuse_occupied(folder: Path) -> None:
@@ -120,10 +128,21 @@ def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener])
     count, space = int(store.meta(LIBRARY)), calibration.space
     for listener in listeners:
         listener.begins(calibration)
-    theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0]))
+    points = _points(store)
+    theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0])) if points is None else points
     samples = Samples(np.arange(count, dtype=np.int64), theta, space.names)
     store.ask(0, samples, len(calibration.experiments))
     Campaign(calibration, store, listeners).evaluate(0, samples)
     counts = store.counts()
     store.stop("runs", f"All {count} runs have been made, and {counts['failed']} of them failed.")
     return store.folder
+
+
+def _points(store: Store) -> NDArray[np.float64] | None:
+    """The parameters that somebody chose for a library's runs, (N, n); None where they fill the ranges."""
+    text = store.meta(POINTS)
+    return None if text is None else np.array(json.loads(text), dtype=np.float64)
+
+
+def _same_points(one: NDArray[np.float64] | None, other: NDArray[np.float64] | None) -> bool:
+    return one is other if one is None or other is None else np.array_equal(one, other)

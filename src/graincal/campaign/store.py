@@ -36,6 +36,9 @@ NAME = "campaign.db"
 LIBRARY = "library"
 """The key under which a store of runs for no reference keeps how many there are to be."""
 
+POINTS = "points"
+"""The key under which a library keeps the parameters that its runs are to have, where somebody chose them."""
+
 ACCEPTED = "accepted"
 """The key under which a store keeps the problems in spite of which its campaign was begun."""
 
@@ -87,9 +90,9 @@ class Store:
         self._connection = connection
 
     @classmethod
-    def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None, accepted: Sequence[Doubt] = ()) -> Store:
-        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference. accepted: problems in spite of
-        which it is begun."""
+    def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None, points: NDArray[np.float64] | None = None, accepted: Sequence[Doubt] = ()) -> Store:
+        """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference; points (N, n): at these
+        parameters. accepted: problems in spite of which it is begun."""
         store = cls(folder, _connect(folder / NAME, create=True) if folder else sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False))
         meta = {
             "description": _as_json(describe(calibration)),
@@ -100,6 +103,8 @@ class Store:
             "provenance": json.dumps(provenance()),
             "started": _now(),
         } | ({} if library is None else {LIBRARY: str(library)})
+        if points is not None:
+            meta[POINTS] = json.dumps(points.tolist())
         if accepted:
             meta[ACCEPTED] = json.dumps([doubt.as_json() for doubt in accepted], ensure_ascii=False)
         with store._transaction() as db:
