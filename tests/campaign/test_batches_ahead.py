@@ -67,14 +67,16 @@ def test_a_worker_goes_on_to_the_next_batch_while_the_longest_run_of_one_goes_on
 
 
 def test_a_killed_campaign_ends_as_if_it_never_was(result, tmp_path):
-    calls = tmp_path / "calls"
+    calls, one_at_a_time = tmp_path / "calls", threading.Lock()
 
     def deadly(theta):
         """Some calls kill the process: in the first batch, among those ahead of the second, and among the runs at the answer."""
-        with calls.open("a") as file:
-            file.write(".")
-        if calls.stat().st_size in (5, 16, 24):
-            os._exit(9)
+        with one_at_a_time:
+            # Another thread's call between the two would hide the one that is counted.
+            with calls.open("a") as file:
+                file.write(".")
+            if calls.stat().st_size in (5, 16, 24):
+                os._exit(9)
         time.sleep(0.001 * 20 ** theta[1])
         return infeasible(theta)
 
