@@ -16,7 +16,8 @@ from graincal.inference import PosteriorFilter
 from graincal.inference.batch import Batch, Batches
 from graincal.inference.defensive import DefensiveMixture
 from graincal.inference.knowledge import Knowledge
-from graincal.inference.posterior_filter import APART, REPLICATES
+from graincal.inference.posterior_filter import REPLICATES
+from graincal.inference.samples import APART
 
 INFEASIBLE = "infeasible"
 """The kind of a `Failure` by which a model says that a sample's parameters are impossible; other kinds say nothing of them."""

@@ -18,6 +18,7 @@ from graincal.cli.init import init
 from graincal.cli.pack import pack
 from graincal.cli.predict import predict
 from graincal.cli.report import report
+from graincal.cli.reproduce import reproduce
 from graincal.cli.resume import resume
 from graincal.cli.simulate import simulate
 from graincal.cli.status import status
@@ -36,6 +37,7 @@ app.command(epilog="Example:  graincal report campaign --figures png --figures p
 app.command(epilog="Example:  graincal predict campaign --confining-pressure 1e6 --against other.csv --plot prediction.png")(predict)
 app.command(epilog="Example:  graincal compare linear hertz --against other.csv --confining-pressure 1e6")(compare)
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
+app.command(epilog="Example:  graincal reproduce hartmann2022 --study proof --data DATA -o studies")(reproduce)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
 app.add_typer(simulate, name="simulate")
 

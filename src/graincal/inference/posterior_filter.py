@@ -29,14 +29,12 @@ from graincal.inference.packings import PackingScatter, Siblings, places
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
 from graincal.inference.doubt import CENTRAL, Doubt
+from graincal.inference.samples import replicates
 from graincal.inference.settling import FRESH, Settling
 from graincal.inference.stop import ITERATIONS, Stop
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
-
-# How far apart they are, in parts of the ranges: enough to be another run in float32 too.
-APART = 1e-6
 
 # The limit on evaluations that is not set otherwise: so many a parameter, or so many times the first batch.
 EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
@@ -325,7 +323,7 @@ class PosteriorFilter(AskTellFilter):
             # What was not looked at yet tells where the answer is; the batch before stays what it was, for whoever goes on by another limit.
             emulation = self.emulation if self._looked_at == len(self.evaluations) else self._look(thorough=False)
             self._replicated = True
-            self._ask(DefensiveMixture(self.space), 0, self._replicates(emulation.answer))
+            self._ask(DefensiveMixture(self.space), 0, replicates(emulation.answer, REPLICATES, self.space))
         else:
             self._finished = True
 
@@ -403,12 +401,6 @@ class PosteriorFilter(AskTellFilter):
             return None, DefensiveMixture(self.space)
         with threadpool_limits(1):
             return first_look.learn(self.space, self.kept, self.errors, self._rng("look", 0))
-
-    def _replicates(self, answer: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The answer, so many times: a millionth of the ranges apart, or a deterministic simulator would give the same run each time."""
-        middle = 0.5 * (self.space.low + self.space.high)
-        inwards = np.where(answer < middle, 1.0, -1.0)
-        return answer + APART * np.arange(REPLICATES)[:, None] * inwards * (self.space.high - self.space.low)
 
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""

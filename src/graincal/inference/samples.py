@@ -1,4 +1,4 @@
-"""Iteration 0: how many samples, and where they lie in the box."""
+"""Where samples lie in the box: those of iteration 0, and how many they are; and the same parameters several times."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from graincal.data import InputError, ParameterSpace
 
 
 MOST_SAMPLES = 1_000_000
+
+APART = 1e-6
+"""How far apart samples are that stand for the same parameters, in parts of the ranges: enough to be another run in float32 too."""
 
 
 def number_of_samples(parameters: int, alpha: float = 10) -> int:
@@ -43,3 +46,9 @@ def halton(space: ParameterSpace, count: int, rng: np.random.Generator) -> NDArr
     unit = qmc.Halton(d=space.size, scramble=True, seed=rng).random(count)
     # low + 1 * (high - low) may round to the number after high.
     return np.clip(space.from_unit(unit), space.low, space.high)
+
+
+def replicates(theta: NDArray[np.float64], count: int, space: ParameterSpace) -> NDArray[np.float64]:
+    """The same parameters (n,) so many times, (count, n): a millionth of the ranges apart, or a deterministic simulator would give the same run each time."""
+    inwards = np.where(theta < 0.5 * (space.low + space.high), 1.0, -1.0)
+    return theta + APART * np.arange(count)[:, None] * inwards * (space.high - space.low)

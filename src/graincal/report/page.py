@@ -34,6 +34,10 @@ class Page:
         """The heading of a section."""
         self._body.append(f"<h2>{to_html(text)}</h2>")
 
+    def subheading(self, text: str) -> None:
+        """The heading of a part of a section."""
+        self._body.append(f"<h3>{to_html(text)}</h3>")
+
     def paragraph(self, sentences: Iterable[str], kind: str = "") -> None:
         """Sentences, if there are any; kind: "note" for what is said in passing."""
         if text := " ".join(map(to_html, sentences)):

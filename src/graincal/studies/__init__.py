@@ -1,0 +1,1 @@
+"""Studies that were published, as commands that anyone can repeat: graincal reproduce."""

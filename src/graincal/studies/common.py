@@ -1,0 +1,53 @@
+"""The cases that several studies share: by the same names they are the same work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from graincal.studies import paper
+from graincal.studies.settings import Setup, space
+from graincal.studies.study import Case, calibrations
+from graincal.studies.work import Running
+
+SYNTHETIC_PARTICLES, PRESSURE = 2000, 0.5e6
+
+
+def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], iterations: int = 10, most_iterations: int = paper.MOST_ITERATIONS, recorded: tuple[str, ...] = ()) -> Case:
+    """The paper's method on the synthetic reference."""
+
+    def make(seed: int):
+        reference = setup.synthetic(recorded)
+        return setup.by_the_paper(setup.test(SYNTHETIC_PARTICLES, PRESSURE), reference, seed=seed, samples=samples, box=box, most_iterations=most_iterations)
+
+    alpha = round(samples / 8.05)
+    only = "-stress-only" if recorded else ""
+    return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, needs_synthetic(setup), iterations)
+
+
+def on_synthetic_by_posterior(setup: Setup, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
+    """The method "posterior" on the synthetic reference, a run on the packing itself."""
+
+    def make(seed: int):
+        reference = setup.synthetic(recorded)
+        return setup.by_the_posterior(setup.test(SYNTHETIC_PARTICLES, PRESSURE), reference, seed=seed, box=box, same_packing=True)
+
+    only = "-stress-only" if recorded else ""
+    return calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, needs_synthetic(setup))
+
+
+def needs_synthetic(setup: Setup) -> str:
+    """What the synthetic studies lack."""
+    return setup.missing("synthetic_reference.csv", SYNTHETIC_PARTICLES)
+
+
+def runs_at(setup: Setup, setting: str, name: str, theta: Iterable[tuple[float, ...]], particles: int = SYNTHETIC_PARTICLES, pressure: float = PRESSURE, times: int | None = None, own: bool = False) -> Case:
+    """Plain runs at parameters."""
+    if missing := setup.missing(None, None if own else particles):
+        return Case(setting, missing=missing)
+    return Case(setting, (Running(name, setting, lambda: setup.test(particles, pressure, own), tuple(theta), times or setup.size.repeats, space("extra wide")),))
+
+
+def at_truth(setup: Setup) -> Case:
+    """Runs at the exact parameters of the synthetic reference: by what they differ is the floor of all studies on it, and their fabric is what others are compared with."""
+    return runs_at(setup, "runs at the exact parameters", "runs-at-truth", [paper.TRUTH])
+

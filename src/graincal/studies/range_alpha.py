@@ -1,0 +1,173 @@
+"""How many samples does how wide a range need? (section 4.2: Tables 7 to 9, Figures 11 to 13 and 17)"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from graincal.report.drawing import Axis, Figure, Panel, Points
+from graincal.report.palette import GREEN, ORANGE, VERMILLION, Style
+from graincal.studies import paper
+from graincal.studies.common import at_truth, on_synthetic, on_synthetic_by_posterior
+from graincal.studies.curves import over_iterations, over_strain
+from graincal.studies.found import ERROR, STRAIN, STRESS, Fit, fits, floor, rows
+from graincal.studies.records import Conclusion, Findings, Judgement, Row, Table, Values, all_of, at_most, smaller
+from graincal.studies.settings import BOTH, POSTERIOR, Setup
+from graincal.studies.study import Case, Done, Study
+
+CUT = 20
+"""Iterations of the two runs that do not come to an end in the paper either."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One calibration of the paper: its range of log E, α, the samples of an iteration, about how many iterations it takes, and what was printed of it."""
+
+    box: str
+    alpha: int
+    samples: int
+    iterations: int
+    printed: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        return f"{self.box}, α = {self.alpha}"
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        return dict(zip((*paper.PARAMETERS, STRESS, STRAIN, ERROR), self.printed))
+
+    @property
+    def width(self) -> float:
+        low, high = paper.BOXES[self.box]
+        return high - low
+
+    @property
+    def most_iterations(self) -> int:
+        return CUT if (self.box, self.alpha) in (("wide", 5), ("extra wide", 20)) else paper.MOST_ITERATIONS
+
+
+SETTINGS = (
+    Setting("small", 5, 40, 10, (8.950, 0.063, 26.937, 0.466, 0.217, 1.45, 6.80, 4.13)),
+    Setting("mid", 5, 40, 12, (8.805, 0.184, 26.406, 0.112, 0.554, 1.76, 2.88, 2.32)),
+    Setting("wide", 5, 40, CUT, (9.090, 0.381, 22.721, 0.068, 0.432, 4.19, 8.52, 6.36)),
+    Setting("small", 10, 80, 10, (8.785, 0.122, 27.285, 0.222, 0.236, 1.08, 2.18, 1.63)),
+    Setting("mid", 10, 80, 11, (8.733, 0.186, 28.530, 0.095, 0.797, 1.06, 1.20, 1.13)),
+    Setting("wide", 10, 80, 10, (8.736, 0.300, 26.625, 0.078, 0.767, 2.71, 2.55, 2.63)),
+    Setting("small", 20, 160, 10, (8.778, 0.107, 26.736, 0.741, 0.175, 1.82, 1.94, 1.88)),
+    Setting("mid", 20, 160, 12, (8.706, 0.286, 27.928, 0.069, 0.493, 1.44, 1.33, 1.38)),
+    Setting("wide", 20, 160, 10, (8.715, 0.198, 27.635, 0.115, 0.260, 0.95, 1.61, 1.28)),
+    Setting("extra wide", 20, 160, CUT, (9.219, 0.037, 24.365, 0.637, 0.520, 3.03, 14.01, 8.52)),
+    Setting("extra wide", 30, 241, 12, (8.738, 0.169, 27.129, 0.174, 0.233, 1.15, 1.41, 1.28)),
+)
+
+OPTIMAL, SUB_OPTIMAL = 2.0, 5.0
+"""The limits of the paper's grades, percent of ε."""
+
+
+def cases_by_setting(setup: Setup) -> dict[Setting, Case]:
+    """The calibrations, which other studies look at too. Those that other studies run with several seeds have as many here."""
+    return {each: on_synthetic(setup, each.box, each.samples, _seeds(setup, each), each.iterations, each.most_iterations) for each in SETTINGS}
+
+
+def _seeds(setup: Setup, setting: Setting) -> range:
+    return setup.short if setting.samples * setting.iterations <= 900 and setting.width <= 4 else setup.long
+
+
+class RangeAlpha(Study):
+    name = "range-alpha"
+    title = "The width of the range and the number of samples"
+    where = "section 4.2, Tables 7 to 9, Figures 11 to 13 and 17"
+    question = "How many samples does an iteration need, for how wide a range of log E?"
+
+    def cases(self, setup: Setup) -> Sequence[Case]:
+        return [at_truth(setup), *cases_by_setting(setup).values(), *self._posteriors(setup).values()]
+
+    def _posteriors(self, setup: Setup) -> dict[str, Case]:
+        return {box: on_synthetic_by_posterior(setup, box, setup.short if box == "mid" else setup.long) for box in paper.BOXES}
+
+    def findings(self, setup: Setup, done: Done) -> Findings:
+        cases = cases_by_setting(setup)
+        lacking = any(case.missing for case in cases.values())
+        reference = None if lacking else setup.synthetic()
+        (runs,) = done.runs(at_truth(setup)) or [[]]
+        scatter = floor(runs, reference.control, BOTH) if reference else {}
+        results = {setting: done.results(case) for setting, case in cases.items()}
+        found = {setting: fits(many) for setting, many in results.items()}
+        posteriors = {box: fits(done.results(case)) for box, case in self._posteriors(setup).items()}
+        return Findings(
+            self._tables(found, posteriors, scatter),
+            self._figures(results, found, reference),
+            self._conclusions(found, scatter),
+            (f"The paper's calibrations of the wide range with α = 5 and of the extra wide one with α = 20 did not end by s; these are cut at {CUT} iterations.",),
+        )
+
+    def _tables(self, found: Mapping[Setting, list[Fit]], posteriors: Mapping[str, list[Fit]], scatter: Mapping[str, float]) -> tuple[Table, ...]:
+        ranges = tuple(Row(box, f"log E {end}", float(value), (float(value),)) for box, limits in paper.BOXES.items() for end, value in zip(("from", "to"), limits))
+
+        def table(number: int, title: str, extra: bool) -> Table:
+            lines = [row for setting, many in found.items() if (setting.box == "extra wide") == extra for row in rows(setting.name, setting.numbers, many, scatter)]
+            lines += [row for box, many in posteriors.items() if (box == "extra wide") == extra for row in rows(box, {}, many, scatter, method=POSTERIOR)]
+            return Table(number, title, tuple(lines))
+
+        return (
+            Table(7, "Ranges of log E", ranges),
+            table(8, "Three ranges and three numbers of samples", False),
+            table(9, "The extra wide range", True),
+        )
+
+    def _figures(self, results, found, reference) -> dict[int, Figure]:
+        figures, first = {}, {setting.name: many[0] for setting, many in results.items() if many}
+        usual = {name: [each.gl_error for each in result.iterations] for name, result in first.items() if not name.startswith("extra")}
+        if usual:
+            figures[11] = over_iterations("figure-11", "GL error over iterations", "Eq. 7, the first seed of each setting of Table 8.", usual, "ε_{GL} [%]")
+        for number, extra, what in ((12, False, "Table 8"), (13, True, "Table 9")):
+            curves = {setting.name: many[0].response for setting, many in found.items() if many and (setting.box == "extra wide") == extra}
+            if curves:
+                figures[number] = over_strain(f"figure-{number}", f"Calibrated curves of {what}", "The first seed of each setting, and the synthetic reference.", curves, reference, dots="synthetic reference")
+        if any(found.values()):
+            figures[17] = self._grades(found)
+        return figures
+
+    def _grades(self, found: Mapping[Setting, list[Fit]]) -> Figure:
+        """Figure 17: which settings end in a good fit."""
+        groups: dict[str, list[tuple[float, float]]] = {}
+        for setting, many in found.items():
+            if many:
+                groups.setdefault(grade(float(np.median([each.errors[ERROR] for each in many]))), []).append((setting.width, setting.alpha))
+        marks = [Points(*np.array(groups[word]).T, _GRADES[word][0], f"{word}: {_GRADES[word][1]}") for word in _GRADES if word in groups]
+        panel = Panel("", Axis("width of the range of log E [log_{10} Pa]", (0, 10)), Axis("α", (0, 35)), tuple(marks))
+        return Figure("figure-17", "Which settings end in a good fit", "The median over seeds of the error ε of the calibrated parameters.", (panel,), columns=1)
+
+    def _conclusions(self, found: Mapping[Setting, list[Fit]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:
+        def error(box: str, alpha: int) -> Values:
+            (many,) = [many for setting, many in found.items() if (setting.box, setting.alpha) == (box, alpha)]
+            return Values.of(f"ε with {box}, α = {alpha}", [each.errors[ERROR] for each in many], scatter.get(ERROR))
+
+        claims = {
+            "With α = 5 no range ends in an optimal fit: ε is above 2 %.": all_of([_above(error(box, 5), OPTIMAL) for box in ("small", "mid", "wide")]),
+            "α = 10 is enough for ranges of up to four decades: ε is below 2 %.": all_of([at_most(error(box, 10), OPTIMAL) for box in ("small", "mid")]),
+            "The wide range needs α = 20: with α = 10 ε is larger.": smaller(error("wide", 20), error("wide", 10)),
+            "The extra wide range needs α = 30: with α = 20 ε is larger.": smaller(error("extra wide", 30), error("extra wide", 20)),
+            "The small range ends worse than the mid one, with the same α.": all_of([smaller(error("mid", alpha), error("small", alpha)) for alpha in (5, 10, 20)]),
+        }
+        return tuple(Conclusion(claim, judgement) for claim, judgement in claims.items())
+
+
+_GRADES = {
+    "optimal": (Style(GREEN, symbol="circle", size=10), "ε below 2 %"),
+    "sub-optimal": (Style(ORANGE, symbol="square", size=9), "ε from 2 to 5 %"),
+    "poor": (Style(VERMILLION, symbol="cross", size=9), "ε above 5 %"),
+}
+
+
+def grade(error: float) -> str:
+    """The paper's grade of a fit by its error ε, percent; it calls both of the worse ones sub-optimal, in orange and red."""
+    return "optimal" if error < OPTIMAL else "sub-optimal" if error <= SUB_OPTIMAL else "poor"
+
+
+def _above(one: Values, limit: float) -> Judgement:
+    """Whether a quantity is above a number."""
+    return smaller(Values("the limit", (limit,)), one)

@@ -1,0 +1,95 @@
+"""Runs the work of studies, one piece after the other, shared and gone on with, and writes what they find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from graincal.campaign import Listener
+from graincal.data import InputError
+from graincal.execution import number_of_workers
+from graincal.notation.numbers import duration
+from graincal.studies.settings import Setup
+from graincal.studies.study import Case, Done, Study
+from graincal.studies.work import Work
+from graincal.studies.writing import write
+
+WORK = "work"
+"""The folder under which each piece of work has its own."""
+
+PARTICLE_STEPS = 5e6
+"""A second and core, before anything was run here: on a common processor that does something else too."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is left. of_study: the work of each study, by its name, of which pieces that several share are named in each; skipped: (study, case) that lack a file."""
+
+    of_study: Mapping[str, tuple[Work, ...]]
+    skipped: tuple[tuple[str, Case], ...]
+
+    @classmethod
+    def of(cls, studies: Sequence[Study], setup: Setup) -> Plan:
+        work, skipped, by_name = {}, [], {}
+        for study in studies:
+            cases = study.cases(setup)
+            skipped += [(study.name, case) for case in cases if case.missing]
+            # The same name is the same work: one object of it, for a packing may have to be prepared.
+            work[study.name] = tuple(dict.fromkeys(by_name.setdefault(each.name, each) for case in cases for each in case.work))
+        return cls(work, tuple(skipped))
+
+    @property
+    def all(self) -> tuple[Work, ...]:
+        """Each piece once."""
+        return tuple(dict.fromkeys(each for work in self.of_study.values() for each in work))
+
+
+class Reproduction:
+    """Studies as they are run, in a folder. say: hears a line of text now and then. listeners: of the campaigns."""
+
+    def __init__(self, studies: Sequence[Study], setup: Setup, folder: Path, title: str, say: Callable[[str], None] = lambda text: None, listeners: Sequence[Listener] = ()) -> None:
+        self.studies, self.setup, self.folder, self.title, self.say, self.listeners = tuple(studies), setup, folder, title, say, listeners
+        self.done = Done(folder / WORK)
+        self.plan = Plan.of(studies, setup)
+        self._found: dict[str, str] = {}
+
+    def run(self) -> None:
+        """To the end, the studies with the least left first. What cannot be calibrated is said, and the others go on."""
+        self._say_plan()
+        for study in sorted(self.studies, key=lambda study: self._left(self.plan.of_study[study.name])):
+            waiting = [each for each in self.plan.of_study[study.name] if not self.done.has(each)]
+            for number, each in enumerate(waiting, 1):
+                self.say(f"{study.name}, {number} of {len(waiting)}: {each.title}; {duration(self._left(self.plan.all))} left of all")
+                try:
+                    each.go_on(self.done.folder_of(each), self.listeners)
+                except InputError as error:
+                    self._found[each.name] = str(error)
+                    self.say(f"{each.title} could not be run: {error}")
+            self.write()
+        self.write()
+
+    def write(self) -> Path:
+        """Tables, figures and the page, of what is there."""
+        return write(self.studies, self.setup, self.done, self.plan, self.folder, self.title, self._found)
+
+    def _say_plan(self) -> None:
+        for name, case in self.plan.skipped:
+            self.say(f"{name}: skipped {case.setting}, {case.missing}")
+        for study in self.studies:
+            work = self.plan.of_study[study.name]
+            waiting = [each for each in work if not self.done.has(each)]
+            left = f"{len(waiting)} of {len(work)} to run, about {duration(self._left(work))}" if waiting else f"all {len(work)} run"
+            self.say(f"{study.name}: {left}")
+
+    def _left(self, work: Sequence[Work]) -> float:
+        """Seconds that are left of some work, roughly."""
+        waiting = [each for each in work if not self.done.has(each) and each.name not in self._found]
+        return sum(max(each.size / self._speed - each.seconds(self.done.folder_of(each)), 0.1 * each.size / self._speed) for each in waiting)
+
+    @property
+    def _speed(self) -> float:
+        """Particle-steps of a forecast a second, by what was run."""
+        ended = [each for each in self.plan.all if self.done.has(each)]
+        seconds = sum(each.seconds(self.done.folder_of(each)) for each in ended)
+        return sum(each.size for each in ended) / seconds if seconds > 1 else PARTICLE_STEPS * number_of_workers(self.setup.workers)

@@ -1,0 +1,71 @@
+"""What a study is: the cases that it runs, and what it makes of them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from graincal.campaign import Calibration, Result
+from graincal.data import Response
+from graincal.studies.records import Findings
+from graincal.studies.settings import Setup
+from graincal.studies.work import Calibrating, Running, Work
+
+
+@dataclass(frozen=True)
+class Case:
+    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: the files that it lacks, in words; then nothing is run."""
+
+    setting: str
+    work: tuple[Work, ...] = ()
+    missing: str = ""
+
+
+class Done:
+    """What was run, as far as it is there: the folder of each piece of work under one folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def folder_of(self, work: Work) -> Path:
+        return self.folder / work.name
+
+    def has(self, work: Work) -> bool:
+        """Whether all of it was run."""
+        return work.is_done(self.folder_of(work))
+
+    def results(self, case: Case) -> list[Result]:
+        """The calibrations of a case that are at their end."""
+        return [work.read(self.folder_of(work)) for work in case.work if isinstance(work, Calibrating) and self.has(work)]
+
+    def runs(self, case: Case) -> list[list[Response]]:
+        """The runs of a case, at each of its parameters; empty lists where they were not made."""
+        found = [work.read(self.folder_of(work)) for work in case.work if isinstance(work, Running) and self.has(work)]
+        return found[0] if found else [[] for work in case.work if isinstance(work, Running) for _ in work.theta]
+
+
+class Study(ABC):
+    """One of the paper's studies. name: on the command line. where: its place in the paper. question: what it asks, in a sentence."""
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    where: ClassVar[str]
+    question: ClassVar[str]
+
+    @abstractmethod
+    def cases(self, setup: Setup) -> Sequence[Case]:
+        """What it runs, and what it cannot."""
+
+    @abstractmethod
+    def findings(self, setup: Setup, done: Done) -> Findings:
+        """What it makes of the cases that were run, and of all that the paper printed."""
+
+
+def calibrations(setting: str, name: str, make: Callable[[int], Calibration], seeds: Iterable[int], missing: str = "", iterations: int = 10) -> Case:
+    """A case of calibrations that differ in their seed. name: of their folders."""
+    if missing:
+        return Case(setting, missing=missing)
+    return Case(setting, tuple(Calibrating(f"{name}-seed-{seed}", f"{setting}, seed {seed}", lambda seed=seed: make(seed), iterations) for seed in seeds))

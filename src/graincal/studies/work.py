@@ -1,0 +1,138 @@
+"""What studies run: calibrations and plain runs, each in a folder of its own, so that they are shared, gone on with, and never made twice."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.campaign import Calibration, Experiment, Listener, Result, begin, resume
+from graincal.campaign.exploring import fill, no_reference
+from graincal.campaign.library import Library
+from graincal.campaign.store import SPENT, Store, holds_campaign
+from graincal.data import InputError, ParameterSpace, Response, Samples
+from graincal.inference.samples import replicates
+from graincal.models import TriaxialTest
+from graincal.studies import paper
+from graincal.studies.settings import OBSERVABLES, POSTERIOR, TEST
+
+EVALUATIONS_OF_POSTERIOR = 800
+"""About what the method "posterior" takes on the paper's test, for a forecast."""
+
+
+class Work(ABC):
+    """Something to run, which a folder under `name` holds: the same name is the same work, in whatever study. title: for people."""
+
+    name: str
+    title: str
+
+    @abstractmethod
+    def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
+        """Begin with it, or go on to its end. Raises InputError where the folder holds something else."""
+
+    @property
+    @abstractmethod
+    def size(self) -> float:
+        """About how much it is to run, in particle-steps."""
+
+    def is_done(self, folder: Path) -> bool:
+        """Whether the folder holds all of it."""
+        if not holds_campaign(folder):
+            return False
+        with closing(Store.open(folder)) as store:
+            return store.meta("stopped_by") is not None
+
+    def seconds(self, folder: Path) -> float:
+        """The wall time that it has taken so far."""
+        if not holds_campaign(folder):
+            return 0.0
+        with closing(Store.open(folder)) as store:
+            return float(store.meta(SPENT) or 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrating(Work):
+    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. iterations: about how many the paper's method takes, for a forecast."""
+
+    name: str
+    title: str
+    make: Callable[[], Calibration]
+    iterations: int = 10
+
+    @cached_property
+    def calibration(self) -> Calibration:
+        return self.make()
+
+    @property
+    def size(self) -> float:
+        (experiment,), space = self.calibration.experiments, self.calibration.space
+        at_truth = _particle_steps(experiment, space, np.array([paper.TRUTH]))
+        box = _particle_steps(experiment, space, space.from_unit(np.linspace(0, 1, 21)[:, None] * np.ones(space.size)))
+        if self.calibration.method == POSTERIOR:
+            evaluations = self.calibration.stop.max_evaluations or EVALUATIONS_OF_POSTERIOR
+            return evaluations * 0.5 * (box + at_truth)
+        samples = self.calibration.blank_filter().samples_per_iteration
+        return samples * (box + (min(self.iterations, self.calibration.stop.most_iterations) - 1) * at_truth)
+
+    def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
+        if not holds_campaign(folder):
+            begin(self.calibration, folder, listeners)
+            return
+        with closing(Store.open(folder)) as store:
+            _refuse_other(folder, store, self.calibration)
+        resume(folder, workers=self.calibration.workers, listeners=listeners)
+
+    def read(self, folder: Path) -> Result:
+        """What it found."""
+        return Result.read(folder)
+
+
+@dataclass(frozen=True, eq=False)
+class Running(Work):
+    """Runs of a test at parameters theta (n,), `times` times each, to an axial strain."""
+
+    name: str
+    title: str
+    make: Callable[[], TriaxialTest]
+    theta: tuple[tuple[float, ...], ...]
+    times: int
+    space: ParameterSpace
+    to: float = 0.2
+
+    @cached_property
+    def _test(self) -> TriaxialTest:
+        return self.make()
+
+    @property
+    def _points(self) -> NDArray[np.float64]:
+        return np.concatenate([replicates(np.array(theta), self.times, self.space) for theta in self.theta])
+
+    @property
+    def size(self) -> float:
+        experiment = Experiment(TEST, self._test, no_reference(self.to, OBSERVABLES))
+        return len(self.theta) * self.times * _particle_steps(experiment, self.space, np.array(self.theta))
+
+    def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
+        experiment = Experiment(TEST, self._test, no_reference(self.to, OBSERVABLES))
+        fill(Calibration(self.space, [experiment]), folder, listeners=listeners, points=self._points)
+
+    def read(self, folder: Path) -> list[list[Response]]:
+        """What the runs at each of the parameters gave, without those that failed."""
+        (outcomes,) = Library.read(folder).outcomes
+        return [[run for run in outcomes[first : first + self.times] if isinstance(run, Response)] for first in range(0, len(outcomes), self.times)]
+
+
+def _particle_steps(experiment: Experiment, space: ParameterSpace, theta: NDArray[np.float64]) -> float:
+    """The mean over parameters (N, n)."""
+    return float(np.mean(experiment.expected_particle_steps(Samples(np.arange(len(theta)), theta, space.names))))
+
+
+def _refuse_other(folder: Path, store: Store, calibration: Calibration) -> None:
+    if not store.keeps(calibration):
+        raise InputError(f"{folder}: this was made by other settings or other data than these; reproduce needs a folder of its own.")

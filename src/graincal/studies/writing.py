@@ -1,0 +1,50 @@
+"""What studies found, as files: tables, figures and one page."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graincal.campaign.trouble import FolderError
+from graincal.report.with_matplotlib import save
+from graincal.studies.page import render
+from graincal.studies.records import Table
+from graincal.studies.settings import ITERATIVE, Setup
+from graincal.studies.study import Done, Study
+
+if TYPE_CHECKING:
+    from graincal.studies.running import Plan
+
+PAGE = "index.html"
+COLUMNS = ("setting", "quantity", "paper", "graincal median", "low", "high", "floor")
+
+
+def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]) -> Path:
+    """Write all of it, and return the page's path."""
+    found = {study: study.findings(setup, done) for study in studies}
+    try:
+        for name in ("tables", "figures"):
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        for findings in found.values():
+            for table in findings.tables:
+                _write_table(folder / "tables" / f"table-{table.number:02d}.csv", table)
+            for number, figure in findings.figures.items():
+                save(figure, folder / "figures" / f"figure-{number:02d}.png")
+        (folder / PAGE).write_text(render(found, setup, done, plan, title, failed), encoding="utf-8")
+    except OSError as error:
+        raise FolderError.of(folder, error) from error
+    return folder / PAGE
+
+
+def _write_table(path: Path, table: Table) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for row in table.rows:
+            setting = row.setting if row.method in ("", ITERATIVE) else f"{row.setting}, {row.method}"
+            numbers = (row.paper, row.median, row.low, row.high, row.floor)
+            writer.writerow((setting, row.quantity, *("" if number is None or not np.isfinite(number) else f"{number:.6g}" for number in numbers)))
