@@ -13,6 +13,7 @@ from graincal.campaign.experiment import Model
 from graincal.campaign.result import Result
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.execution import number_of_workers
+from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import systematic_resampling
 from graincal.interpolation import interpolate
 from graincal.inference.scoring import Score, score
@@ -53,6 +54,13 @@ class Prediction:
         return self.values[name]
 
 
+def draw(posterior: Posterior, count: int, seed: int = 1) -> Samples:
+    """So many draws, equally probable and spread evenly over the posterior's weights."""
+    order = np.argsort(posterior.samples[:, 0])
+    rows = order[systematic_resampling(posterior.weights[order], count, np.random.default_rng(seed))]
+    return Samples(np.arange(count), posterior.samples[rows], posterior.names)
+
+
 def predict(
     result: Result,
     model: Model,
@@ -80,9 +88,7 @@ def predict(
     at_once = number_of_workers(workers)
     if samples < 2:
         raise InputError(f"a prediction needs at least two samples of the posterior, not {samples}.")
-    order = np.argsort(posterior.samples[:, 0])
-    rows = order[systematic_resampling(posterior.weights[order], samples, np.random.default_rng(seed))]
-    drawn = Samples(np.arange(samples), posterior.samples[rows], posterior.names)
+    drawn = draw(posterior, samples, seed)
     control = np.asarray(at, dtype=np.float64)
     seen = result.space.seen_by(result.number(0 if experiment is None else experiment), drawn)
     outcomes = {row: outcome if isinstance(outcome, Failure) else interpolate(outcome, control) for row, outcome in model.evaluate(seen, control, workers=at_once)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from graincal.studies import paper
 from graincal.studies.settings import Setup, space
@@ -40,14 +40,31 @@ def needs_synthetic(setup: Setup) -> str:
     return setup.missing("synthetic_reference.csv", SYNTHETIC_PARTICLES)
 
 
-def runs_at(setup: Setup, setting: str, name: str, theta: Iterable[tuple[float, ...]], particles: int = SYNTHETIC_PARTICLES, pressure: float = PRESSURE, times: int | None = None, own: bool = False) -> Case:
-    """Plain runs at parameters."""
+def runs_at(
+    setup: Setup,
+    setting: str,
+    name: str,
+    theta: Sequence[tuple[float, ...]] | Callable[[], Sequence[Sequence[float]]],
+    *,
+    count: int | None = None,
+    particles: int = SYNTHETIC_PARTICLES,
+    pressure: float = PRESSURE,
+    times: int | None = None,
+    own: bool = False,
+) -> Case:
+    """Plain runs at parameters, or at those that are known once other work was run; `count` says then how many."""
     if missing := setup.missing(None, None if own else particles):
         return Case(setting, missing=missing)
-    return Case(setting, (Running(name, setting, lambda: setup.test(particles, pressure, own), tuple(theta), times or setup.size.repeats, space("extra wide")),))
+    called = theta if callable(theta) else lambda: theta
+    number = count if callable(theta) else len(theta)
+    return Case(setting, (Running(name, setting, lambda: setup.test(particles, pressure, own), called, number, times or setup.size.repeats, space("extra wide")),))
 
 
 def at_truth(setup: Setup) -> Case:
     """Runs at the exact parameters of the synthetic reference: by what they differ is the floor of all studies on it, and their fabric is what others are compared with."""
     return runs_at(setup, "runs at the exact parameters", "runs-at-truth", [paper.TRUTH])
 
+
+def proof(setup: Setup) -> Case:
+    """The calibrations of the proof of concept, which other studies begin from."""
+    return on_synthetic(setup, "mid", 80, setup.short, iterations=11)

@@ -30,9 +30,9 @@ def _marks(column: str, curves: Mapping[str, Response], reference: Reference | N
     return marks + [Line(100 * run.control, scale * run.values[column], styles[name], name) for name, run in curves.items()]
 
 
-def differences(name: str, title: str, caption: str, curves: Mapping[str, NDArray[np.float64]], strain: NDArray[np.float64], column: str) -> Panel:
-    """A panel of what curves (S,) of a quantity differ from others by, over axial strain (S,)."""
-    lines = tuple(Line(100 * strain, curve, distinct(number), label) for number, (label, curve) in enumerate(curves.items()))
+def difference(title: str, curves: Mapping[str, NDArray[np.float64]], strain: NDArray[np.float64], column: str) -> Panel:
+    """A panel of what curves (S,) of a quantity differ from another by, over axial strain (S,)."""
+    lines = tuple(Line(100 * strain, quantity(column).scale * curve, distinct(number), label) for number, (label, curve) in enumerate(curves.items()))
     return Panel(title, _strain_axis(), Axis(f"Δ {quantity(column).axis}"), lines)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -91,6 +91,12 @@ def floor(runs: Sequence[Response], control: NDArray[np.float64], shares: Mappin
     return {_ERROR_OF[name]: float(np.median(column)) for name, column in zip(shares, by_observable.T)} | {ERROR: float(np.median(means))}
 
 
+def floor_of(runs: Sequence[Response], name: str) -> float:
+    """What runs at the same parameters, on the same states, differ by in one quantity: Eq. 5 of one against another, the median over all pairs, percent; NaN for fewer than two."""
+    errors = [curve_error(one.values[name], other.values[name]) for one, other in combinations(runs, 2)]
+    return float(np.median(errors)) if errors else np.nan
+
+
 def mean_of(runs: Sequence[Response], name: str) -> NDArray[np.float64]:
     """The mean curve of a quantity, (S,)."""
     return np.mean([run.values[name] for run in runs], axis=0)
@@ -99,3 +105,8 @@ def mean_of(runs: Sequence[Response], name: str) -> NDArray[np.float64]:
 def parameter_labels() -> dict[str, str]:
     """The parameters as they are written in tables and on axes."""
     return {name: shown.axis for name, shown in zip(paper.PARAMETERS, parameters(space()))}
+
+
+def mean_run(runs: Sequence[Response]) -> Response:
+    """The mean of runs on the same states."""
+    return replace(runs[0], values={name: mean_of(runs, name) for name in runs[0].values}, details={})

@@ -35,7 +35,7 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
         if findings.conclusions:
             page.table(Shown(("the paper's conclusion", "by graincal", "why"), tuple((each.claim, each.judgement.verdict, each.judgement.reason) for each in findings.conclusions), figures=3))
         for table in findings.tables:
-            page.subheading(f"Table {table.number}: {table.title}")
+            page.subheading(table.heading)
             page.table(beside(table))
             page.paragraph(table.notes, "note")
         for number, figure in sorted(findings.figures.items()):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graincal.studies import paper
-from graincal.studies.common import at_truth, on_synthetic, on_synthetic_by_posterior
+from graincal.studies.common import at_truth, on_synthetic_by_posterior, proof
 from graincal.studies.curves import over_iterations, over_strain
 from graincal.studies.found import ERROR, STRAIN, STRESS, fits, floor, parameter_labels, rows
 from graincal.studies.records import Conclusion, Findings, Row, Table, Values, all_of, at_most, off
@@ -22,15 +22,14 @@ class Proof(Study):
     where = "section 4.1, Table 6, Figures 9 and 10"
     question = "A run at known parameters stands for the test. Does the calibration find these parameters?"
 
-    def cases(self, setup: Setup) -> Sequence[Case]:
-        return [at_truth(setup), on_synthetic(setup, "mid", 80, setup.short, iterations=11), on_synthetic_by_posterior(setup, "mid", setup.short)]
+    def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
+        return [at_truth(setup), proof(setup), on_synthetic_by_posterior(setup, "mid", setup.short)]
 
     def findings(self, setup: Setup, done: Done) -> Findings:
-        truth, iterative, posterior = self.cases(setup)
+        truth, iterative, posterior = self.cases(setup, done)
         results, reference = done.results(iterative), None if iterative.missing else setup.synthetic()
         found, by_posterior = fits(results), fits(done.results(posterior))
-        (runs,) = done.runs(truth) or [[]]
-        scatter = floor(runs, reference.control, BOTH) if reference else {}
+        scatter = floor(done.repeats(truth), reference.control, BOTH) if reference else {}
         table = Table(
             6,
             "Synthetic parameters and what is calibrated on their curve",

@@ -82,7 +82,7 @@ class RangeAlpha(Study):
     where = "section 4.2, Tables 7 to 9, Figures 11 to 13 and 17"
     question = "How many samples does an iteration need, for how wide a range of log E?"
 
-    def cases(self, setup: Setup) -> Sequence[Case]:
+    def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
         return [at_truth(setup), *cases_by_setting(setup).values(), *self._posteriors(setup).values()]
 
     def _posteriors(self, setup: Setup) -> dict[str, Case]:
@@ -92,8 +92,7 @@ class RangeAlpha(Study):
         cases = cases_by_setting(setup)
         lacking = any(case.missing for case in cases.values())
         reference = None if lacking else setup.synthetic()
-        (runs,) = done.runs(at_truth(setup)) or [[]]
-        scatter = floor(runs, reference.control, BOTH) if reference else {}
+        scatter = floor(done.repeats(at_truth(setup)), reference.control, BOTH) if reference else {}
         results = {setting: done.results(case) for setting, case in cases.items()}
         found = {setting: fits(many) for setting, many in results.items()}
         posteriors = {box: fits(done.results(case)) for box, case in self._posteriors(setup).items()}

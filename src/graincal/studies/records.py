@@ -49,12 +49,21 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table by the paper's number: its title and rows. notes: what is to be said below it."""
+    """A table by the paper's number, or by a name where the paper prints its figures in the text: its title and rows. notes: what is to be said below it."""
 
-    number: int
+    number: int | str
     title: str
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
+
+    @property
+    def file(self) -> str:
+        """The name of its file."""
+        return f"table-{self.number:02d}.csv" if isinstance(self.number, int) else f"{self.number}.csv"
+
+    @property
+    def heading(self) -> str:
+        return f"Table {self.number}: {self.title}" if isinstance(self.number, int) else self.title
 
 
 @dataclass(frozen=True)

@@ -30,10 +30,10 @@ class Plan:
     skipped: tuple[tuple[str, Case], ...]
 
     @classmethod
-    def of(cls, studies: Sequence[Study], setup: Setup) -> Plan:
+    def of(cls, studies: Sequence[Study], setup: Setup, done: Done) -> Plan:
         work, skipped, by_name = {}, [], {}
         for study in studies:
-            cases = study.cases(setup)
+            cases = study.cases(setup, done)
             skipped += [(study.name, case) for case in cases if case.missing]
             # The same name is the same work: one object of it, for a packing may have to be prepared.
             work[study.name] = tuple(dict.fromkeys(by_name.setdefault(each.name, each) for case in cases for each in case.work))
@@ -51,7 +51,7 @@ class Reproduction:
     def __init__(self, studies: Sequence[Study], setup: Setup, folder: Path, title: str, say: Callable[[str], None] = lambda text: None, listeners: Sequence[Listener] = ()) -> None:
         self.studies, self.setup, self.folder, self.title, self.say, self.listeners = tuple(studies), setup, folder, title, say, listeners
         self.done = Done(folder / WORK)
-        self.plan = Plan.of(studies, setup)
+        self.plan = Plan.of(studies, setup, self.done)
         self._found: dict[str, str] = {}
 
     def run(self) -> None:

@@ -42,9 +42,13 @@ class Done:
         return [work.read(self.folder_of(work)) for work in case.work if isinstance(work, Calibrating) and self.has(work)]
 
     def runs(self, case: Case) -> list[list[Response]]:
-        """The runs of a case, at each of its parameters; empty lists where they were not made."""
+        """The runs of a case, at each of its parameters; nothing where they were not made."""
         found = [work.read(self.folder_of(work)) for work in case.work if isinstance(work, Running) and self.has(work)]
-        return found[0] if found else [[] for work in case.work if isinstance(work, Running) for _ in work.theta]
+        return found[0] if found else []
+
+    def repeats(self, case: Case) -> list[Response]:
+        """Those of a case with one set of parameters."""
+        return next(iter(self.runs(case)), [])
 
 
 class Study(ABC):
@@ -56,8 +60,8 @@ class Study(ABC):
     question: ClassVar[str]
 
     @abstractmethod
-    def cases(self, setup: Setup) -> Sequence[Case]:
-        """What it runs, and what it cannot."""
+    def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
+        """What it runs, in its order, and what it cannot. done: what of it was run, for work that follows from other work's results."""
 
     @abstractmethod
     def findings(self, setup: Setup, done: Done) -> Findings:

@@ -95,12 +95,13 @@ class Calibrating(Work):
 
 @dataclass(frozen=True, eq=False)
 class Running(Work):
-    """Runs of a test at parameters theta (n,), `times` times each, to an axial strain."""
+    """Runs of a test at parameters, `count` times theta (n,), `times` times each, to an axial strain. theta: called when they are begun, for they may follow from other work."""
 
     name: str
     title: str
     make: Callable[[], TriaxialTest]
-    theta: tuple[tuple[float, ...], ...]
+    theta: Callable[[], Sequence[Sequence[float]]]
+    count: int
     times: int
     space: ParameterSpace
     to: float = 0.2
@@ -111,12 +112,12 @@ class Running(Work):
 
     @property
     def _points(self) -> NDArray[np.float64]:
-        return np.concatenate([replicates(np.array(theta), self.times, self.space) for theta in self.theta])
+        return np.concatenate([replicates(np.asarray(theta, dtype=np.float64), self.times, self.space) for theta in self.theta()])
 
     @property
     def size(self) -> float:
         experiment = Experiment(TEST, self._test, no_reference(self.to, OBSERVABLES))
-        return len(self.theta) * self.times * _particle_steps(experiment, self.space, np.array(self.theta))
+        return self.count * self.times * _particle_steps(experiment, self.space, np.array([paper.TRUTH]))
 
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
         experiment = Experiment(TEST, self._test, no_reference(self.to, OBSERVABLES))
