@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
+from graincal.campaign import Calibration
 from graincal.studies import paper
 from graincal.studies.settings import Setup, space
-from graincal.studies.study import Case, calibrations
+from graincal.studies.study import Case, Done, calibrations
 from graincal.studies.work import Running
 
 SYNTHETIC_PARTICLES, PRESSURE = 2000, 0.5e6
@@ -24,15 +26,19 @@ def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], ite
     return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, needs_synthetic(setup), iterations)
 
 
-def on_synthetic_by_posterior(setup: Setup, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
-    """The method "posterior" on the synthetic reference, a run on the packing itself."""
+def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
+    """The method "posterior" on the synthetic reference, a run on the packing itself. Any but that of both observables and the mid range learns from the runs of that one's first seed, for they are of the same model."""
 
-    def make(seed: int):
+    def make(seed: int) -> Calibration:
         reference = setup.synthetic(recorded)
         return setup.by_the_posterior(setup.test(SYNTHETIC_PARTICLES, PRESSURE), reference, seed=seed, box=box, same_packing=True)
 
     only = "-stress-only" if recorded else ""
-    return calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, needs_synthetic(setup))
+    case = calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, needs_synthetic(setup))
+    if case.missing or (box == "mid" and not recorded):
+        return case
+    first = on_synthetic_by_posterior(setup, done, "mid", [1]).work[0]
+    return Case(case.setting, tuple(replace(each, runs_of=done.folder_of(first)) for each in case.work), after=(first,))
 
 
 def needs_synthetic(setup: Setup) -> str:

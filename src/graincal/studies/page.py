@@ -12,7 +12,7 @@ from graincal.notation import numbers
 from graincal.report.page import Page
 from graincal.report.tables import Table as Shown
 from graincal.studies.found import parameter_labels
-from graincal.studies.records import CANNOT_BE_TOLD, DOES_NOT_HOLD, HOLDS, Findings, Row, Table
+from graincal.studies.records import CANNOT_BE_TOLD, DOES_NOT_HOLD, HOLDS, Conclusion, Findings, Row, Table
 from graincal.studies.settings import ACCURACY, ITERATIVE, Setup
 from graincal.studies.study import Done, Study
 
@@ -26,14 +26,14 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
     """The whole page."""
     page = Page(title, _subtitle(setup))
     page.heading("What came out")
-    page.table(_summary(found))
+    page.table(_summary(found, setup))
     page.paragraph(_method(setup), "note")
     for study, findings in found.items():
         page.heading(study.title)
         page.paragraph([f"{study.question} ({study.where}; graincal reproduce hartmann2022 --study {study.name})"])
         page.paragraph(_state(study, plan, done, failed), "note")
         if findings.conclusions:
-            page.table(Shown(("the paper's conclusion", "by graincal", "why"), tuple((each.claim, each.judgement.verdict, each.judgement.reason) for each in findings.conclusions), figures=3))
+            page.table(Shown(("the paper's conclusion", "by graincal", "why"), tuple((each.claim, *_judged(each, setup)) for each in findings.conclusions), figures=3))
         for table in findings.tables:
             page.subheading(table.heading)
             page.table(beside(table))
@@ -76,12 +76,19 @@ def _ours(row: Row | None) -> str:
     return middle if len(row.ours) < 2 or row.low == row.high else f"{middle} ({numbers.between(row.low, row.high)})"
 
 
-def _summary(found: Mapping[Study, Findings]) -> Shown:
+def _summary(found: Mapping[Study, Findings], setup: Setup) -> Shown:
     rows = []
     for study, findings in found.items():
-        verdicts = [each.judgement.verdict for each in findings.conclusions]
+        verdicts = [_judged(each, setup)[0] for each in findings.conclusions]
         rows.append((study.title, study.where, *(str(verdicts.count(word)) for word in (HOLDS, DOES_NOT_HOLD, CANNOT_BE_TOLD))))
     return Shown(("study", "in the paper", "conclusions that hold", "that do not", "cannot be told"), tuple(rows), figures=2)
+
+
+def _judged(conclusion: Conclusion, setup: Setup) -> tuple[str, str]:
+    """The verdict and why."""
+    if setup.own_everywhere:
+        return CANNOT_BE_TOLD, "A rehearsal says nothing of it."
+    return conclusion.judgement.verdict, conclusion.judgement.reason
 
 
 def _subtitle(setup: Setup) -> str:

@@ -23,7 +23,7 @@ class Proof(Study):
     question = "A run at known parameters stands for the test. Does the calibration find these parameters?"
 
     def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
-        return [at_truth(setup), proof(setup), on_synthetic_by_posterior(setup, "mid", setup.short)]
+        return [at_truth(setup), proof(setup), on_synthetic_by_posterior(setup, done, "mid", setup.short)]
 
     def findings(self, setup: Setup, done: Done) -> Findings:
         truth, iterative, posterior = self.cases(setup, done)

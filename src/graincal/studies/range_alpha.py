@@ -83,10 +83,10 @@ class RangeAlpha(Study):
     question = "How many samples does an iteration need, for how wide a range of log E?"
 
     def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
-        return [at_truth(setup), *cases_by_setting(setup).values(), *self._posteriors(setup).values()]
+        return [at_truth(setup), *cases_by_setting(setup).values(), *self._posteriors(setup, done).values()]
 
-    def _posteriors(self, setup: Setup) -> dict[str, Case]:
-        return {box: on_synthetic_by_posterior(setup, box, setup.short if box == "mid" else setup.long) for box in paper.BOXES}
+    def _posteriors(self, setup: Setup, done: Done) -> dict[str, Case]:
+        return {box: on_synthetic_by_posterior(setup, done, box, setup.short if box == "mid" else setup.long) for box in paper.BOXES}
 
     def findings(self, setup: Setup, done: Done) -> Findings:
         cases = cases_by_setting(setup)
@@ -95,7 +95,7 @@ class RangeAlpha(Study):
         scatter = floor(done.repeats(at_truth(setup)), reference.control, BOTH) if reference else {}
         results = {setting: done.results(case) for setting, case in cases.items()}
         found = {setting: fits(many) for setting, many in results.items()}
-        posteriors = {box: fits(done.results(case)) for box, case in self._posteriors(setup).items()}
+        posteriors = {box: fits(done.results(case)) for box, case in self._posteriors(setup, done).items()}
         return Findings(
             self._tables(found, posteriors, scatter),
             self._figures(results, found, reference),

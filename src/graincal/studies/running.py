@@ -18,7 +18,7 @@ from graincal.studies.writing import write
 WORK = "work"
 """The folder under which each piece of work has its own."""
 
-PARTICLE_STEPS = 5e6
+PARTICLE_STEPS = 1e7
 """A second and core, before anything was run here: on a common processor that does something else too."""
 
 
@@ -36,7 +36,7 @@ class Plan:
             cases = study.cases(setup, done)
             skipped += [(study.name, case) for case in cases if case.missing]
             # The same name is the same work: one object of it, for a packing may have to be prepared.
-            work[study.name] = tuple(dict.fromkeys(by_name.setdefault(each.name, each) for case in cases for each in case.work))
+            work[study.name] = tuple(dict.fromkeys(by_name.setdefault(each.name, each) for case in cases for each in (*case.after, *case.work)))
         return cls(work, tuple(skipped))
 
     @property

@@ -38,7 +38,7 @@ class StressOnly(Study):
 
     def _posteriors(self, setup: Setup, done: Done) -> dict[str, Case]:
         """By the method "posterior", one seed each."""
-        return {"stress and strain": on_synthetic_by_posterior(setup, "mid", [1]), "stress only": on_synthetic_by_posterior(setup, "mid", [1], recorded=RECORDED)}
+        return {"stress and strain": on_synthetic_by_posterior(setup, done, "mid", [1]), "stress only": on_synthetic_by_posterior(setup, done, "mid", [1], recorded=RECORDED)}
 
     def _bands(self, setup: Setup, done: Done) -> dict[str, Case]:
         """Runs at draws from the posteriors: what they predict for volumetric strain, whether they were conditioned on it or not."""

@@ -17,11 +17,12 @@ from graincal.studies.work import Calibrating, Running, Work
 
 @dataclass(frozen=True)
 class Case:
-    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: the files that it lacks, in words; then nothing is run."""
+    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: the files that it lacks, in words; then nothing is run. after: what must have been run before."""
 
     setting: str
     work: tuple[Work, ...] = ()
     missing: str = ""
+    after: tuple[Work, ...] = ()
 
 
 class Done:

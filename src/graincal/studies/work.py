@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from graincal.campaign import Calibration, Experiment, Listener, Result, begin, resume
 from graincal.campaign.exploring import fill, no_reference
 from graincal.campaign.library import Library
+from graincal.campaign.runs import known_runs
 from graincal.campaign.store import SPENT, Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Response, Samples
 from graincal.inference.samples import replicates
@@ -24,6 +25,9 @@ from graincal.studies.settings import OBSERVABLES, POSTERIOR, TEST
 
 EVALUATIONS_OF_POSTERIOR = 800
 """About what the method "posterior" takes on the paper's test, for a forecast."""
+
+EVALUATIONS_WITH_RUNS = 200
+"""The same where it learns from the runs of another calibration."""
 
 
 class Work(ABC):
@@ -58,12 +62,14 @@ class Work(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Calibrating(Work):
-    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. iterations: about how many the paper's method takes, for a forecast."""
+    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. iterations: about how many the paper's method takes, for a forecast. runs_of: the folder of
+    another one on the same model, whose runs it learns from."""
 
     name: str
     title: str
     make: Callable[[], Calibration]
     iterations: int = 10
+    runs_of: Path | None = None
 
     @cached_property
     def calibration(self) -> Calibration:
@@ -75,18 +81,21 @@ class Calibrating(Work):
         at_truth = _particle_steps(experiment, space, np.array([paper.TRUTH]))
         box = _particle_steps(experiment, space, space.from_unit(np.linspace(0, 1, 21)[:, None] * np.ones(space.size)))
         if self.calibration.method == POSTERIOR:
-            evaluations = self.calibration.stop.max_evaluations or EVALUATIONS_OF_POSTERIOR
+            evaluations = self.calibration.stop.max_evaluations or (EVALUATIONS_OF_POSTERIOR if self.runs_of is None else EVALUATIONS_WITH_RUNS)
             return evaluations * 0.5 * (box + at_truth)
         samples = self.calibration.blank_filter().samples_per_iteration
         return samples * (box + (min(self.iterations, self.calibration.stop.most_iterations) - 1) * at_truth)
 
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
+        asked = self.calibration
+        if self.runs_of is not None:
+            asked = replace(asked, known=known_runs([self.runs_of.resolve()], asked))
         if not holds_campaign(folder):
-            begin(self.calibration, folder, listeners)
+            begin(asked, folder, listeners)
             return
         with closing(Store.open(folder)) as store:
-            _refuse_other(folder, store, self.calibration)
-        resume(folder, workers=self.calibration.workers, listeners=listeners)
+            _refuse_other(folder, store, asked)
+        resume(folder, workers=asked.workers, listeners=listeners)
 
     def read(self, folder: Path) -> Result:
         """What it found."""
