@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from graincal.campaign import Calibration
-from graincal.studies import paper
+from graincal.studies import forecast, paper
 from graincal.studies.settings import Setup, space
 from graincal.studies.study import Case, Done, calibrations
 from graincal.studies.work import Running
@@ -14,7 +14,7 @@ from graincal.studies.work import Running
 SYNTHETIC_PARTICLES, PRESSURE = 2000, 0.5e6
 
 
-def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], iterations: int = 10, most_iterations: int = paper.MOST_ITERATIONS, recorded: tuple[str, ...] = ()) -> Case:
+def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], iterations: int = forecast.ITERATIONS, most_iterations: int = paper.MOST_ITERATIONS, recorded: tuple[str, ...] = ()) -> Case:
     """The paper's method on the synthetic reference."""
 
     def make(seed: int):
@@ -23,7 +23,7 @@ def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], ite
 
     alpha = round(samples / 8.05)
     only = "-stress-only" if recorded else ""
-    return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, needs_synthetic(setup), iterations)
+    return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, forecast.by_the_paper(SYNTHETIC_PARTICLES, box, samples, iterations), needs_synthetic(setup))
 
 
 def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
@@ -33,9 +33,10 @@ def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterabl
         reference = setup.synthetic(recorded)
         return setup.by_the_posterior(setup.test(SYNTHETIC_PARTICLES, PRESSURE), reference, seed=seed, box=box, same_packing=True)
 
-    only = "-stress-only" if recorded else ""
-    case = calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, needs_synthetic(setup))
-    if case.missing or (box == "mid" and not recorded):
+    only, alone = "-stress-only" if recorded else "", box == "mid" and not recorded
+    size = forecast.by_the_posterior(SYNTHETIC_PARTICLES, box, with_runs=not alone)
+    case = calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, size, needs_synthetic(setup))
+    if case.missing or alone:
         return case
     first = on_synthetic_by_posterior(setup, done, "mid", [1]).work[0]
     return Case(case.setting, tuple(replace(each, runs_of=done.folder_of(first)) for each in case.work), after=(first,))
@@ -61,9 +62,9 @@ def runs_at(
     """Plain runs at parameters, or at those that are known once other work was run; `count` says then how many."""
     if missing := setup.missing(None, None if own else particles):
         return Case(setting, missing=missing)
-    called = theta if callable(theta) else lambda: theta
-    number = count if callable(theta) else len(theta)
-    return Case(setting, (Running(name, setting, lambda: setup.test(particles, pressure, own), called, number, times or setup.size.repeats, space("extra wide")),))
+    called, number, each = (theta, count, times) if callable(theta) else (lambda: theta, len(theta), times)
+    each = each or setup.size.repeats
+    return Case(setting, (Running(name, setting, forecast.runs(particles, number * each), lambda: setup.test(particles, pressure, own), called, each, space("extra wide")),))
 
 
 def at_truth(setup: Setup) -> Case:
@@ -73,4 +74,4 @@ def at_truth(setup: Setup) -> Case:
 
 def proof(setup: Setup) -> Case:
     """The calibrations of the proof of concept, which other studies begin from."""
-    return on_synthetic(setup, "mid", 80, setup.short, iterations=11)
+    return on_synthetic(setup, "mid", 80, setup.short)

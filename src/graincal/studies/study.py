@@ -69,8 +69,8 @@ class Study(ABC):
         """What it makes of the cases that were run, and of all that the paper printed."""
 
 
-def calibrations(setting: str, name: str, make: Callable[[int], Calibration], seeds: Iterable[int], missing: str = "", iterations: int = 10) -> Case:
-    """A case of calibrations that differ in their seed. name: of their folders."""
+def calibrations(setting: str, name: str, make: Callable[[int], Calibration], seeds: Iterable[int], size: float, missing: str = "") -> Case:
+    """A case of calibrations that differ in their seed. name: of their folders. size: of one, in particle-steps."""
     if missing:
         return Case(setting, missing=missing)
-    return Case(setting, tuple(Calibrating(f"{name}-seed-{seed}", f"{setting}, seed {seed}", lambda seed=seed: make(seed), iterations) for seed in seeds))
+    return Case(setting, tuple(Calibrating(f"{name}-seed-{seed}", f"{setting}, seed {seed}", size, lambda seed=seed: make(seed)) for seed in seeds))

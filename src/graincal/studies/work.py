@@ -6,7 +6,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,33 +16,21 @@ from graincal.campaign.exploring import fill, no_reference
 from graincal.campaign.library import Library
 from graincal.campaign.runs import known_runs
 from graincal.campaign.store import SPENT, Store, holds_campaign
-from graincal.data import InputError, ParameterSpace, Response, Samples
+from graincal.data import InputError, ParameterSpace, Response
 from graincal.inference.samples import replicates
 from graincal.models import TriaxialTest
-from graincal.studies import paper
-from graincal.studies.settings import OBSERVABLES, POSTERIOR, TEST
-
-EVALUATIONS_OF_POSTERIOR = 800
-"""About what the method "posterior" takes on the paper's test, for a forecast."""
-
-EVALUATIONS_WITH_RUNS = 200
-"""The same where it learns from the runs of another calibration."""
-
+from graincal.studies.settings import OBSERVABLES, TEST
 
 class Work(ABC):
-    """Something to run, which a folder under `name` holds: the same name is the same work, in whatever study. title: for people."""
+    """Something to run, which a folder under `name` holds: the same name is the same work, in whatever study. title: for people. size: about how much it is, in particle-steps."""
 
     name: str
     title: str
+    size: float
 
     @abstractmethod
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
         """Begin with it, or go on to its end. Raises InputError where the folder holds something else."""
-
-    @property
-    @abstractmethod
-    def size(self) -> float:
-        """About how much it is to run, in particle-steps."""
 
     def is_done(self, folder: Path) -> bool:
         """Whether the folder holds all of it."""
@@ -62,32 +49,16 @@ class Work(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Calibrating(Work):
-    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. iterations: about how many the paper's method takes, for a forecast. runs_of: the folder of
-    another one on the same model, whose runs it learns from."""
+    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. runs_of: the folder of another one on the same model, whose runs it learns from."""
 
     name: str
     title: str
+    size: float
     make: Callable[[], Calibration]
-    iterations: int = 10
     runs_of: Path | None = None
 
-    @cached_property
-    def calibration(self) -> Calibration:
-        return self.make()
-
-    @property
-    def size(self) -> float:
-        (experiment,), space = self.calibration.experiments, self.calibration.space
-        at_truth = _particle_steps(experiment, space, np.array([paper.TRUTH]))
-        box = _particle_steps(experiment, space, space.from_unit(np.linspace(0, 1, 21)[:, None] * np.ones(space.size)))
-        if self.calibration.method == POSTERIOR:
-            evaluations = self.calibration.stop.max_evaluations or (EVALUATIONS_OF_POSTERIOR if self.runs_of is None else EVALUATIONS_WITH_RUNS)
-            return evaluations * 0.5 * (box + at_truth)
-        samples = self.calibration.blank_filter().samples_per_iteration
-        return samples * (box + (min(self.iterations, self.calibration.stop.most_iterations) - 1) * at_truth)
-
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
-        asked = self.calibration
+        asked = self.make()
         if self.runs_of is not None:
             asked = replace(asked, known=known_runs([self.runs_of.resolve()], asked))
         if not holds_campaign(folder):
@@ -104,43 +75,29 @@ class Calibrating(Work):
 
 @dataclass(frozen=True, eq=False)
 class Running(Work):
-    """Runs of a test at parameters, `count` times theta (n,), `times` times each, to an axial strain. theta: called when they are begun, for they may follow from other work."""
+    """Runs of a test at parameters theta (K, n), `times` times each, to an axial strain. theta: called when they are begun, for they may follow from other work."""
 
     name: str
     title: str
+    size: float
     make: Callable[[], TriaxialTest]
     theta: Callable[[], Sequence[Sequence[float]]]
-    count: int
     times: int
     space: ParameterSpace
     to: float = 0.2
-
-    @cached_property
-    def _test(self) -> TriaxialTest:
-        return self.make()
 
     @property
     def _points(self) -> NDArray[np.float64]:
         return np.concatenate([replicates(np.asarray(theta, dtype=np.float64), self.times, self.space) for theta in self.theta()])
 
-    @property
-    def size(self) -> float:
-        experiment = Experiment(TEST, self._test, no_reference(self.to, OBSERVABLES))
-        return self.count * self.times * _particle_steps(experiment, self.space, np.array([paper.TRUTH]))
-
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
-        experiment = Experiment(TEST, self._test, no_reference(self.to, OBSERVABLES))
+        experiment = Experiment(TEST, self.make(), no_reference(self.to, OBSERVABLES))
         fill(Calibration(self.space, [experiment]), folder, listeners=listeners, points=self._points)
 
     def read(self, folder: Path) -> list[list[Response]]:
         """What the runs at each of the parameters gave, without those that failed."""
         (outcomes,) = Library.read(folder).outcomes
         return [[run for run in outcomes[first : first + self.times] if isinstance(run, Response)] for first in range(0, len(outcomes), self.times)]
-
-
-def _particle_steps(experiment: Experiment, space: ParameterSpace, theta: NDArray[np.float64]) -> float:
-    """The mean over parameters (N, n)."""
-    return float(np.mean(experiment.expected_particle_steps(Samples(np.arange(len(theta)), theta, space.names))))
 
 
 def _refuse_other(folder: Path, store: Store, calibration: Calibration) -> None:
