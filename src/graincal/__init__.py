@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from graincal.campaign import Experiment, FolderError, Result, calibrate, explore, predict, resume
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
-    from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop
+    from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
     from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "TriaxialTest",
     "UndrainedTest",
     "calibrate",
+    "curve_error",
     "explore",
     "predict",
     "resume",
@@ -54,7 +55,7 @@ _find = exported(
         "graincal.campaign": ["Experiment", "FolderError", "Result", "calibrate", "explore", "predict", "resume"],
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
-        "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop"],
+        "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],
         "graincal.models": ["ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
     },
 )

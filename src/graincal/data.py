@@ -218,11 +218,13 @@ class Reference:
 
     `control` (T,) is strictly increasing; `observables` maps names to (T,); `variance_shares` maps the same names to the relative variance w~
     (equal by default; the smaller, the more trusted); `measurement_errors` maps names to `MeasurementError`s, or to absolute standard deviations.
+    `recorded` maps names to (T,) too: what was measured beside the observables and is not fitted. No filter sees it; a model must return it, and how far its responses are from it is told
+    (Hartmann, Cheng, Thornton 2022, section 4.4).
     `control_step`: the step to which the control was read, in its unit. `simulated`: whether a simulation made this reference, which then scatters
     like one. Both, and the measurement errors, matter to the posterior alone. `notes` say what was done when it was read, and `read_as` what its columns were read as.
     For programs beside the notes: `cut` is whether rows were left out beyond a last control that somebody chose; `at_pressure` names the stresses, and the stress ratio, that a constant
     lateral stress made; `turned` the quantities whose sign was changed; and `idle` holds those of the notes that say of an option that it changed nothing.
-    Raises InputError for lengths that differ, values that are not finite, or a control that does not increase.
+    Raises InputError for lengths that differ, values that are not finite, a control that does not increase, or a quantity that is both observable and recorded.
     """
 
     control: NDArray[np.float64]
@@ -232,6 +234,7 @@ class Reference:
     control_name: str
     control_step: float
     simulated: bool
+    recorded: Mapping[str, NDArray[np.float64]]
     notes: tuple[str, ...] = field(default=())
     read_as: tuple[str, ...] = field(default=())
     cut: bool = False
@@ -249,6 +252,7 @@ class Reference:
         control_name: str = "axial_strain",
         control_step: float = 0.0,
         simulated: bool = False,
+        recorded: Mapping[str, ArrayLike] | None = None,
         notes: tuple[str, ...] = (),
         read_as: tuple[str, ...] = (),
         cut: bool = False,
@@ -257,12 +261,14 @@ class Reference:
         idle: tuple[str, ...] = (),
     ) -> None:
         control = _read_only(control, ndim=1, what=f"reference: {control_name}")
-        columns = {name: _read_only(values, ndim=1, what=f"reference: {name}") for name, values in observables.items()}
+        columns, beside = ({name: _read_only(values, ndim=1, what=f"reference: {name}") for name, values in each.items()} for each in (observables, recorded or {}))
         if not columns:
             raise InputError("reference: at least one observable is needed.")
+        if twice := [name for name in beside if name in columns]:
+            raise InputError(f"reference: {twice[0]} is an observable, which is fitted, and cannot be recorded without being fitted too.")
         if control.size == 0:
             raise InputError(f"reference: {control_name} has no values.")
-        for name, values in {control_name: control, **columns}.items():
+        for name, values in {control_name: control, **columns, **beside}.items():
             if values.size != control.size:
                 raise InputError(f"reference: {name} has {values.size} values and {control_name} {control.size}.")
             if not np.all(np.isfinite(values)):
@@ -288,6 +294,7 @@ class Reference:
                 errors[name] = MeasurementError(absolute=float(error))
         object.__setattr__(self, "control", control)
         object.__setattr__(self, "observables", MappingProxyType(columns))
+        object.__setattr__(self, "recorded", MappingProxyType(beside))
         object.__setattr__(self, "variance_shares", MappingProxyType({name: float(shares[name]) for name in columns}))
         object.__setattr__(self, "measurement_errors", MappingProxyType(errors))
         object.__setattr__(self, "control_name", control_name)
@@ -312,6 +319,11 @@ class Reference:
     def names(self) -> tuple[str, ...]:
         """The observables' names, in the order of the columns of `values`."""
         return tuple(self.observables)
+
+    @property
+    def measured(self) -> Mapping[str, NDArray[np.float64]]:
+        """The observables and what was recorded beside them, by name: (T,) each."""
+        return {**self.observables, **self.recorded}
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -341,7 +353,7 @@ class Reference:
     def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
         """Read a laboratory file into SI units and fractions.
 
-        observables: names, or a mapping of names to variance shares. Options and errors are those of `graincal.laboratory.read_reference`, which are also the keys of
+        observables: names, or a mapping of names to variance shares. recorded: names of what is read beside them and not fitted. Other options and errors are those of `graincal.laboratory.read_reference`, which are also the keys of
         [experiment.reference] in a calibration file: columns (by header, number or letter), units, strain, compression, unloading, until, stage, rows, zero, sheet, encoding,
         sample_volume, sample_height, confining_pressure, turns; and measurement_errors.
         """

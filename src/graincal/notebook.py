@@ -15,6 +15,9 @@ from graincal.notation.quantities import Quantity, quantity
 FEW = 60
 """Rows up to which each is drawn as a point."""
 
+NOT_FITTED = "recorded, not fitted"
+"""What stands in the place of a measurement error."""
+
 
 def as_text(reference: Reference) -> str:
     """The number of states, and the range of each quantity in the unit that it is shown in, with its measurement error: a line each."""
@@ -22,10 +25,11 @@ def as_text(reference: Reference) -> str:
     states = f"{len(reference.control)} state{'s' * (len(reference.control) > 1)}"
     over = f"{reference.control_name} {' to '.join(_range(reference.control, shown))}{shown.behind}"
     lines = [f"Reference: {states} over {over}{_said_of_all(reference, shown)}"]
-    width = max(map(len, reference.names))
-    for name, values in reference.observables.items():
+    width = max(map(len, reference.measured))
+    for name, values in reference.measured.items():
         of = quantity(name)
-        lines.append(f"  {name:{width}}  {' to '.join(_range(values, of))}{of.behind}, measurement error: {error_in_words(reference.measurement_errors.get(name), of)}")
+        error = NOT_FITTED if name in reference.recorded else f"measurement error: {error_in_words(reference.measurement_errors.get(name), of)}"
+        lines.append(f"  {name:{width}}  {' to '.join(_range(values, of))}{of.behind}, {error}")
     if reference.notes:
         lines.append(f"  {len(reference.notes)} note{'s' * (len(reference.notes) > 1)} on how it was read, in .notes")
     return "\n".join(lines)
@@ -36,6 +40,7 @@ def as_html(reference: Reference) -> str:
     shown = quantity(reference.control_name)
     rows = [(shown, reference.control, f"control{_said_of_all(reference, shown)}")]
     rows += [(quantity(name), values, error_in_words(reference.measurement_errors.get(name), quantity(name))) for name, values in reference.observables.items()]
+    rows += [(quantity(name), values, NOT_FITTED) for name, values in reference.recorded.items()]
     body = "".join(
         f"<tr><th style='text-align:left'>{to_html(of.title)}</th><td>{'</td><td>'.join(_range(values, of))}</td>"
         f"<td>{html.escape(of.behind.strip())}</td><td style='text-align:left'>{html.escape(words)}</td></tr>"
@@ -79,7 +84,7 @@ def _curves(reference: Reference) -> str:
     shown = quantity(reference.control_name)
     x = shown.scale * reference.control
     across = log_axis(shown.axis, x) if reference.control_name.endswith("stress") and x[0] > 0 else Axis(shown.axis)
-    panels = tuple(Panel("", across, Axis(quantity(name).axis), tuple(_marks(x, quantity(name).scale * values))) for name, values in reference.observables.items())
+    panels = tuple(Panel("", across, Axis(quantity(name).axis), tuple(_marks(x, quantity(name).scale * values))) for name, values in reference.measured.items())
     return to_svg(Figure("reference", "", "", panels))
 
 

@@ -122,6 +122,9 @@ def states(result):
     yield altered(result, calibration=two, found=found, stopped_by="posterior_shift"), KNOWN[1]
     for failed in (np.ones(len(result.failed), dtype=bool), result.failed):
         yield altered(result, {"fits_about_as_well": None}, found=None, failed=failed, stopped_by="failures"), None
+    beside = gc.Reference(frictional.STRAIN, {"stress_ratio": frictional.curves(32.0, 0.3)["stress_ratio"]}, recorded={"volumetric_strain": frictional.curves(32.0, 0.3)["volumetric_strain"]})
+    recorded = replace(result.calibration, experiments=[replace(result.experiments[0], reference=beside)])
+    yield altered(result, found=found, calibration=recorded), KNOWN[1]
     yield altered(result, found=found, accepted=(Doubt("stress-ratio-high", "the stress ratio reaches 40.", "drained"),)), KNOWN[1]
 
 

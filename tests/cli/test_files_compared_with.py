@@ -66,10 +66,10 @@ def write(names, columns):
     return "\n".join([",".join(names), *(",".join(f"{value:.12g}" for value in row) for row in zip(*columns))]) + "\n"
 
 
-def campaign(folder, reference):
+def campaign(folder, reference, calibration=CALIBRATION):
     folder.mkdir()
     (folder / "lab.csv").write_text(printed(1))
-    (folder / "calibration.toml").write_text(CALIBRATION.replace("REFERENCE", reference))
+    (folder / "calibration.toml").write_text(calibration.replace("REFERENCE", reference))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(StressPathTest, "evaluate", frictional.evaluate)
         begin(read_calibration(folder / "calibration.toml"), folder / "campaign")
@@ -192,6 +192,25 @@ def test_a_simulation_is_compared_with_what_a_file_holds(call, tmp_path, monkeyp
     assert refused.code == 1 and "there is no column of axial_strain, and --column axial_strain=COLUMN:UNIT" in refused.err
     for option, value in (("--column", "axial_strain=Ea"), ("--strain", "engineering"), ("--sheet", "2")):
         assert call(*given, option, value).err == f"{option} says how the file of --at is read, and that is missing.\n"
+
+
+def test_what_is_not_fitted_is_read_and_drawn_and_told_apart(call, tmp_path, monkeypatch):
+    not_fitted = CALIBRATION.replace("{ measurement_error = 3e-4 }", "{ fitted = false }")
+    folder = campaign(tmp_path / "recorded", BY_HEADER, not_fitted)
+    (tmp_path / "other.csv").write_text(printed(2))
+    called = call("predict", folder, "--against", tmp_path / "other.csv", "--plot", tmp_path / "prediction.png")
+    assert called.code == 0 and "of stress_ratio; log score" in called.out and "of volumetric_strain" not in called.out
+    assert "Not fitted: the mean's error in volumetric_strain is " in called.out and "volumetric_strain in 'Ev'" in said(called)
+    reference = read(folder, tmp_path / "other.csv")
+    assert reference.names == ("stress_ratio",)
+    np.testing.assert_allclose(reference.recorded["volumetric_strain"], measured(2)["volumetric_strain"], atol=1e-9)
+    # Where the other file does not hold it.
+    (tmp_path / "stress.csv").write_text(write(("axial_strain", "stress_ratio"), (STRAIN, measured(2)["stress_ratio"])))
+    assert "Not fitted" not in call("predict", folder, "--against", tmp_path / "stress.csv", "--samples", "20").out
+    monkeypatch.setattr(StressPathTest, "evaluate", counted)
+    given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", PRESSURE, "-p", "log_E=8", "-p", "nu=0.2", "-p", "phi=32", "-p", "beta_m=0.1", "-p", "eta_m=0.3"]
+    called = call(*given, "--at", folder.parent / "calibration.toml", "-o", tmp_path / "curve.csv", "--plot", tmp_path / "curve.png")
+    assert called.code == 0 and "Error of what is not fitted: volumetric_strain" in called.err
 
 
 def test_an_undrained_test_is_compared_by_its_stress_and_pore_pressure(by_header, tmp_path):

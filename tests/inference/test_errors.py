@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from graincal.data import Reference
-from graincal.inference.errors import gl_error, observable_errors, sample_errors
+from graincal.inference.errors import curve_error, gl_error, observable_errors, sample_errors
 
 REFERENCE = Reference([0, 1, 2], {"stress": [1, 2, 5], "strain": [0, -1, -3]})
 
@@ -15,6 +15,14 @@ def test_eq_5_sums_absolute_differences_over_all_states_the_first_included():
         ]
     )
     assert np.allclose(observable_errors(response, REFERENCE), [[0, 0], [25, 5]], rtol=1e-14)
+
+
+def test_eq_5_serves_any_curve():
+    """Off by 1 and 2 of 1 + 2 + 5, alone and beside an exact one."""
+    curve = np.array([1.0, 2.0, 5.0])
+    assert curve_error(curve + [1, 0, -2], curve) == pytest.approx(37.5, rel=1e-14)
+    assert curve_error(np.array([curve + [1, 0, -2], curve]), curve) == pytest.approx([37.5, 0], rel=1e-14)
+    assert curve_error(curve, 0 * curve) == np.inf and np.isnan(curve_error(0 * curve, 0 * curve))
 
 
 def test_eq_6_counts_observables_by_the_inverse_of_their_variance_shares():

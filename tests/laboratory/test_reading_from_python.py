@@ -30,6 +30,23 @@ def test_a_file_without_names_is_read_by_numbers():
     assert reference.observables["stress_ratio"][-1] == pytest.approx(3.0269, abs=1e-4)
 
 
+def test_what_is_recorded_is_read_as_an_observable_is():
+    options = {"columns": MACHINE, "units": UNITS, "strain": "engineering", "zero": ["axial_strain", "volume_change"], "sample_volume": 1.9635e-4, "stage": 3}
+    fitted = gc.Reference.read(FIELD / "stages.csv", **options)
+    beside = gc.Reference.read(FIELD / "stages.csv", observables=["stress_ratio"], recorded=["volumetric_strain"], **options)
+    assert beside.names == ("stress_ratio",) and beside.notes == fitted.notes and beside.read_as == fitted.read_as
+    for name, values in fitted.observables.items():
+        assert list(beside.measured[name]) == list(values)
+    for observables, recorded, said in (
+        (["stress_ratio"], ["stress_ratio"], "stress_ratio is an observable, which is fitted, and cannot be recorded"),
+        (["stress_ratio"], ["axial_strain"], "axial_strain is the control"),
+        (["stress_ratio"], "volumetric_strain", "recorded must list names"),
+        (["stress_ratio"], ["volumetric_stain"], "'volumetric_stain' is not an observable"),
+    ):
+        with pytest.raises(gc.InputError, match=said):
+            gc.Reference.read(FIELD / "stages.csv", observables=observables, recorded=recorded, **options)
+
+
 def test_an_encoding_is_taken_from_python_too():
     columns = {"axial_strain": 1, "deviator_stress": 2, "volumetric_strain": 3}
     reference = gc.Reference.read(FIELD / "russian_cp1251.csv", columns=columns, units={"axial_strain": "%", "deviator_stress": "kPa", "volumetric_strain": "%"}, strain="engineering", confining_pressure=100e3, encoding="cp1251")

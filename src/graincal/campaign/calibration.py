@@ -225,7 +225,7 @@ class Calibration:
             check_units(space)
             check_ranges(space, model.law)
         try:
-            check_observables(model, experiment.reference.names)
+            check_observables(model, tuple(experiment.reference.measured))
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
         # A model that is given no samples says what is wrong with everything else.

@@ -63,9 +63,9 @@ def _refuse_different_data(results: Mapping[str, Result]) -> None:
 
 
 def _data(result: Result) -> dict[str, object]:
-    """What a likelihood is of: the references, without their notes, and what is assumed of their errors."""
+    """What a likelihood is of: the references, without their notes and what is not fitted, and what is assumed of their errors."""
     experiments: Sequence[Mapping] = describe(result.calibration)["experiments"]
-    references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares")} for each in experiments]
+    references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares", "recorded")} for each in experiments]
     asked = result.calibration.filter_options.get("packing_scatter", True)
     scatter = [asked and result.knows_packings(number) for number in range(len(result.experiments))] if asked else False
     thinned = [thinning.thinned for thinning in result.calibration.blank_filter().thinnings]

@@ -58,11 +58,18 @@ class Parameter(Section):
 
 
 class Observable(Section):
+    fitted: bool = Field(True, description="true or false")
     variance_share: Positive | None = Field(None, description="a number above 0, the smaller the more trusted")
     measurement_error: Positive | None = Field(None, description="a standard deviation above 0, a fraction for strains, in Pa for stresses")
     relative_error: Positive | None = Field(None, description="a standard deviation above 0 as a part of each value")
     step: Positive | None = Field(None, description="the step of a display or of a reading, above 0, a fraction for strains, in Pa for stresses")
     noise: Positive | None = Field(None, description="a standard deviation above 0 of what differs from row to row, a fraction for strains, in Pa for stresses")
+
+    @model_validator(mode="after")
+    def _nothing_beside(self) -> Observable:
+        if not self.fitted and (beside := self.given("fitted")):
+            raise mistake(f" is not fitted, as fitted = false says, so that {' and '.join(beside)} cannot stand beside it")
+        return self
 
     @property
     def error(self) -> MeasurementError | None:
@@ -204,10 +211,23 @@ class ExperimentEntry(Section):
     @field_validator("observables")
     @classmethod
     def _all_shares_or_none(cls, observables: dict[str, Observable]) -> dict[str, Observable]:
-        without = [name for name, observable in observables.items() if observable.variance_share is None]
-        if without and len(without) < len(observables):
+        fitted = {name: observable for name, observable in observables.items() if observable.fitted}
+        if not fitted:
+            raise mistake(" are all fitted = false, and at least one that is fitted was expected")
+        without = [name for name, observable in fitted.items() if observable.variance_share is None]
+        if without and len(without) < len(fitted):
             raise mistake(f" have a variance_share for some, and one for {', '.join(without)} too was expected")
         return observables
+
+    @property
+    def fitted(self) -> tuple[str, ...]:
+        """The names of the observables that are fitted."""
+        return tuple(name for name, observable in self.observables.items() if observable.fitted)
+
+    @property
+    def recorded(self) -> tuple[str, ...]:
+        """The names of the others."""
+        return tuple(name for name, observable in self.observables.items() if not observable.fitted)
 
     def build(self, folder: Path, to: float | None = None) -> Experiment:
         """The experiment that is described, with its reference and packing read; or for no reference, to the control value `to`."""
@@ -215,7 +235,7 @@ class ExperimentEntry(Section):
             model = self.model.build(folder, self.control)
             # Before the file is read, whose columns would be blamed for what is no observable.
             check_observables(model, tuple(self.observables))
-            reference = self.read_reference(folder) if to is None else no_reference(to, tuple(self.observables), self.control)
+            reference = self.read_reference(folder) if to is None else no_reference(to, self.fitted, self.control, self.recorded)
             return Experiment(self.name, model, reference)
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
@@ -231,9 +251,9 @@ class ExperimentEntry(Section):
         if self.control == POSITION and isinstance(self.model, CompressionModel):
             options["turns"] = self.model.turns
         errors = {name: entry.error for name, entry in self.observables.items() if entry.error}
-        shares = {name: entry.variance_share for name, entry in self.observables.items()}
+        shares = {name: self.observables[name].variance_share for name in self.fitted}
         observables = tuple(shares) if None in shares.values() else shares
-        return Reference.read(folder / self.reference.file, self.control, observables, measurement_errors=errors, **options)
+        return Reference.read(folder / self.reference.file, self.control, observables, recorded=self.recorded, measurement_errors=errors, **options)
 
 
 class FilterSection(Section):

@@ -100,6 +100,7 @@ def _describe_reference(reference: Reference) -> dict[str, Any]:
         **({"control_step": reference.control_step} if reference.control_step else {}),
         **({"simulated": True} if reference.simulated else {}),
         **({"cut": True} if reference.cut else {}),
+        **({"recorded": {name: values.tolist() for name, values in reference.recorded.items()}} if reference.recorded else {}),
         **{key: list(said) for key in ("at_pressure", "turned") if (said := getattr(reference, key))},
     }
 
@@ -119,6 +120,7 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
         control_name=described["control_name"],
         control_step=described.get("control_step", 0.0),
         simulated=described.get("simulated", False),
+        recorded=described.get("recorded"),
         notes=tuple(described["notes"]),
         cut=described.get("cut", False),
         at_pressure=tuple(described.get("at_pressure", ())),

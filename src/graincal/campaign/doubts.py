@@ -99,7 +99,7 @@ def _constant(tested: Tested) -> list[Doubt]:
     held = {"undrained": ("volumetric_strain", "void_ratio"), "constant-mean-stress": ("mean_stress",), OTHER: ("volumetric_strain", "void_ratio", "mean_stress")}.get(tested.kind, ())
     return [
         Doubt("constant-observable", f"{name} is {values[0]:.4g} in all {len(values)} rows: was it not measured, or is it another column?")
-        for name, values in tested.reference.observables.items()
+        for name, values in tested.reference.measured.items()
         if len(values) > 2 and np.ptp(values) == 0 and name in (*DIMENSIONS, "deviatoric_stress", "mean_stress") and name not in held
     ]
 
@@ -115,13 +115,13 @@ def _dilates_first(tested: Tested) -> list[Doubt]:
     """That the volumetric strain looks turned. A very dense sample may dilate from its first state on: then its stress ratio has a peak, if the test goes as far as that."""
     # Single rows of a logger tell by their noise.
     reference = Thinning.of(tested.reference).kept
-    volumetric_strain = reference.observables.get("volumetric_strain")
+    volumetric_strain = reference.measured.get("volumetric_strain")
     if tested.undrained or reference.control_name != "axial_strain" or volumetric_strain is None or first_movement(volumetric_strain) >= 0:
         return []
     text = "the volumetric strain says that the sample dilates first, and a drained sample normally contracts first; " + _turn(tested.reference)
     whole, lowest = np.ptp(volumetric_strain), volumetric_strain.min()
     if volumetric_strain[-1] - lowest > 0.1 * whole:
         return [Doubt("dilates-first" if volumetric_strain[0] - lowest > TURNED * whole else "dilates-at-first", text)]
-    stress_ratio = reference.observables.get("stress_ratio")
+    stress_ratio = reference.measured.get("stress_ratio")
     has_peak = stress_ratio is not None and stress_ratio.max() - stress_ratio[-1] > 0.05 * np.ptp(stress_ratio)
     return [] if has_peak else [Doubt("dilates-at-first", text)]

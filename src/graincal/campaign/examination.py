@@ -76,9 +76,14 @@ class Examined:
         stress = OedometricTest.stress if model.kind == OedometricTest.kind else IsotropicTest.stress
         return Abscissa(stress, stresses_at(at, model.confining_pressure, model.turns), logarithmic=True)
 
+    def _beside(self) -> dict[str, dict[str, Any]]:
+        """What is not fitted, and what follows from the others."""
+        recorded = {name: {**_ends(values), "fitted": False} for name, values in self.reference.recorded.items()}
+        return self._shown() | recorded
+
     def _shown(self) -> dict[str, dict[str, Any]]:
         """What follows from the observables and is not compared: the stress ratio of an undrained test, row by row."""
-        observables, model = self.reference.observables, self.entry.model
+        observables, model = self.reference.measured, self.entry.model
         if model.kind != UndrainedTest.kind or not {"deviatoric_stress", "excess_pore_pressure"} <= observables.keys():
             return {}
         q, pore, pressure = observables["deviatoric_stress"], observables["excess_pore_pressure"], model.confining_pressure
@@ -96,7 +101,7 @@ class Examined:
             "kept_states": self.kept_states,
             "control": self.reference.control_name,
             "control_range": _ends(self.reference.control),
-            "observables": {name: _ends(values) for name, values in self.reference.observables.items()} | self._shown(),
+            "observables": {name: _ends(values) for name, values in self.reference.observables.items()} | self._beside(),
             "open": list(self.questions),
         }
 

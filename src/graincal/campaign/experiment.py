@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.dem.siblings import sibling_particles
 from graincal.execution import OneByOne
+from graincal.inference.errors import curve_error
 from graincal.inference.packings import Siblings
 from graincal.interpolation import interpolate
 from graincal.models import StressPathTest
@@ -102,13 +103,29 @@ class Experiment:
     def observables_of(self, responses: Sequence[Response]) -> NDArray[np.float64]:
         """Those of several responses, (N, T, J)."""
         found = np.full((len(responses), *self.reference.values.shape), np.nan)
+        for rows, curves in self._met(responses, self.reference.names):
+            found[rows, : curves.shape[1]] = curves
+        return found
+
+    def recorded_errors(self, responses: Sequence[Response]) -> NDArray[np.float64]:
+        """How far responses are from what was recorded and not fitted, (N, R), percent (`curve_error`): over the rows that a response comes to, where it was stopped early; NaN where one of its values
+        there is not finite."""
+        recorded = self.reference.recorded
+        found = np.full((len(responses), len(recorded)), np.nan)
+        for rows, curves in self._met(responses, tuple(recorded)) if recorded else ():
+            if count := curves.shape[1]:
+                errors = curve_error(curves, np.stack([values[:count] for values in recorded.values()], axis=1), axis=-2)
+                found[rows] = np.where(np.isfinite(curves).all(axis=1), errors, np.nan)
+        return found
+
+    def _met(self, responses: Sequence[Response], names: Sequence[str]) -> Iterator[tuple[list[int], NDArray[np.float64]]]:
+        """Quantities (n, t, K) of the responses in these n rows, at the first t of the reference's rows, to which they come."""
         for rows in _alike(responses):
             first = responses[rows[0]]
-            values = {name: np.stack([responses[row].values[name] for row in rows], axis=-1) for name in self.reference.names}
+            values = {name: np.stack([responses[row].values[name] for row in rows], axis=-1) for name in names}
             met = interpolate(replace(first, values=values), self.reference.control)
             if isinstance(met, Response):
-                found[rows, : len(met.control)] = np.moveaxis(np.stack([met.values[name] for name in self.reference.names], axis=1), -1, 0)
-        return found
+                yield rows, np.moveaxis(np.stack([met.values[name] for name in names], axis=1), -1, 0)
 
     def _watch(self, hopeless: Hopeless | None) -> dict[str, Callable[[int, Response], bool]]:
         if hopeless is None or not getattr(self.model, "can_be_watched", False):
@@ -122,18 +139,24 @@ class Experiment:
         return met.observables(self.reference.names)
 
     def compared(self, response: Response) -> Response | Failure:
-        """The response, or why it cannot be compared with the reference."""
-        if missing := [name for name in self.reference.names if name not in response.values]:
+        """The response, or why it cannot be compared with the reference. Raises InputError where something that was measured is missing in it, fitted or not."""
+        if missing := [name for name in self.reference.measured if name not in response.values]:
             raise InputError(f'experiment "{self.name}": the model returns {", ".join(response.values)}, and the reference needs {", ".join(missing)} too.')
+        return self.usable(response)
+
+    def usable(self, response: Response) -> Response | Failure:
+        """The response, which holds all observables, or why these cannot be compared with the reference."""
         met = interpolate(response, self.reference.control)
-        if isinstance(met, Failure):
-            return met
-        for name in self.reference.names:
-            finite = np.isfinite(met.values[name])
-            if not finite.all():
-                where = f"{self.reference.control_name} {met.control[np.argmin(finite)]:g}"
-                return Failure("output", f"{name} is not finite at {where}.", response.details)
-        return response
+        return met if isinstance(met, Failure) else not_finite(met, self.reference.names, self.reference.control_name) or response
+
+
+def not_finite(response: Response, names: Sequence[str], control_name: str) -> Failure | None:
+    """Why a response that holds these quantities cannot be used, where one of them is not finite at one of its control values."""
+    for name in names:
+        finite = np.isfinite(response.values[name])
+        if not finite.all():
+            return Failure("output", f"{name} is not finite at {control_name} {response.control[np.argmin(finite)]:g}.", response.details)
+    return None
 
 
 def _alike(responses: Sequence[Response]) -> list[list[int]]:

@@ -58,15 +58,16 @@ def explore(
     return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, listeners, points)
 
 
-def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None) -> Reference:
-    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured."""
+def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None, recorded: Sequence[str] = ()) -> Reference:
+    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured. recorded: what a model must return beside the observables."""
     control = np.atleast_1d(np.asarray(to, dtype=np.float64))
     if control.ndim != 1 or not np.all(np.isfinite(control)) or control[-1] <= 0:
         raise InputError(f"explore: the last control value must be a positive number, not {to!r}.")
     if len(control) == 1:
         control = control[0] * np.array([0.5, 1.0])
     name = control_name if isinstance(control_name, str) else "axial_strain"
-    return Reference(control, dict.fromkeys(observables, np.ones(len(control))), control_name=name)
+    nothing = np.ones(len(control))
+    return Reference(control, dict.fromkeys(observables, nothing), control_name=name, recorded=dict.fromkeys(recorded, nothing))
 
 
 def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = (), points: ArrayLike | None = None) -> Path:

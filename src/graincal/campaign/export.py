@@ -23,14 +23,15 @@ from graincal.data import Failure, InputError, Response
 def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write tables and return their paths.
 
-    samples.csv: each sample with its parameters, errors in percent, final weight within its iteration, why it failed, and whether it was stopped early.
+    samples.csv: each sample with its parameters, errors in percent, those of what was recorded and not fitted too, final weight within its iteration, why it failed, and whether it was stopped early.
     iterations.csv: s, effective sample size and errors of each iteration, or what was learnt of the posterior. responses_EXPERIMENT.csv: every response,
     state by state. posterior.csv: the weighted samples of the emulated posterior, with the method "posterior".
     Raises InputError for files that are there already, unless they are to be replaced.
     """
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
+    beside = [f"error of what is not fitted: {experiment}: {name}" for experiment, name in result.recorded_names]
     weights = np.concatenate([iteration.final_weights for iteration in result.iterations])
-    samples = zip(result.ids, result.iteration, *result.samples.T, result.errors, *result.observable_errors.T, weights, _reasons(result), result.stopped.astype(int))
+    samples = zip(result.ids, result.iteration, *result.samples.T, result.errors, *result.observable_errors.T, *result.recorded_errors.T, weights, _reasons(result), result.stopped.astype(int))
     iterations = [
         [i.index, len(i.samples), i.failed.sum(), i.s, i.s_per_state, i.effective_sample_size, i.gl_error, i.error] for i in result.iterations
     ]
@@ -40,7 +41,7 @@ def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[P
         figures = ["iteration", "samples", "failed", "smallest_error", *of_posterior]
         iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *(getattr(learnt, name) for name in of_posterior)] for i, learnt in zip(result.iterations, result.learnt)]
     tables = {
-        "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, "weight", "failure", "stopped"], samples),
+        "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, *beside, "weight", "failure", "stopped"], samples),
         "iterations.csv": (figures, iterations),
     }
     if result.has_posterior and (posterior := result.posterior):
@@ -72,6 +73,7 @@ def export_json(result: Result, folder: Path, *, replace: bool = False) -> list[
                 "name": experiment.name,
                 "control": experiment.reference.control_name,
                 "reference": {experiment.reference.control_name: experiment.reference.control, **experiment.reference.observables},
+                **({"recorded": dict(experiment.reference.recorded)} if experiment.reference.recorded else {}),
                 "variance_shares": dict(experiment.reference.variance_shares),
             }
             for experiment in result.experiments

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.campaign.experiment import Model
+from graincal.campaign.experiment import Model, not_finite
 from graincal.campaign.result import Result
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.execution import number_of_workers
@@ -90,8 +90,16 @@ def predict(
         raise InputError(f"a prediction needs at least two samples of the posterior, not {samples}.")
     drawn = draw(posterior, samples, seed)
     control = np.asarray(at, dtype=np.float64)
-    seen = result.space.seen_by(result.number(0 if experiment is None else experiment), drawn)
-    outcomes = {row: outcome if isinstance(outcome, Failure) else interpolate(outcome, control) for row, outcome in model.evaluate(seen, control, workers=at_once)}
+    number = result.number(0 if experiment is None else experiment)
+    fitted = result.experiments[number].reference.names
+
+    def met(outcome: Response | Failure) -> Response | Failure:
+        at_states = outcome if isinstance(outcome, Failure) else interpolate(outcome, control)
+        if isinstance(at_states, Failure):
+            return at_states
+        return not_finite(at_states, [name for name in fitted if name in at_states.values], control_name) or at_states
+
+    outcomes = {row: met(outcome) for row, outcome in model.evaluate(result.space.seen_by(number, drawn), control, workers=at_once)}
     responses = {row: outcome for row, outcome in sorted(outcomes.items()) if isinstance(outcome, Response)}
     failures = tuple(outcome for outcome in outcomes.values() if isinstance(outcome, Failure))
     if len(responses) < 2:

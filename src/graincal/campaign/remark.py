@@ -34,6 +34,7 @@ CODES: dict[str, dict[str, str]] = {
         "answer-is-best": "no run is closer than those at the answer",
         "another-is-closer": "another run is closer, by more than chance",
         "best-by-chance": "another run is closer, partly by chance",
+        "recorded-errors": "how far the answer is from what was recorded and not fitted",
         "errors-lead-to": "how far the errors alone keep a response from the reference",
         "nothing-against": "nothing that was looked at speaks against the posterior",
         "under-way": "the campaign is not at its end",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graincal.campaign.recorded import in_words, recorded_of_answer
 from graincal.campaign.remark import Remark, remark
 from graincal.campaign.trust import accepted_problems, cautions, causes, conditions, doubts, has_settled
 from graincal.inference.likely_runs import LikelyRuns
@@ -53,7 +54,7 @@ def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, .
     if not result.has_posterior:
         return accepted
     if result.found is None:
-        return (_nothing(result), *_fitting(result, known), *accepted, _ending(result))
+        return (_nothing(result), *_fitting(result, known), *_recorded(result), *accepted, _ending(result))
     return (
         *cautions(result, known),
         *_of_parameters(result),
@@ -62,6 +63,7 @@ def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, .
         *_modes(result, known),
         *_fitting(result, known),
         *_answer(result, known),
+        *_recorded(result),
         *doubts(result, known),
         *conditions(result),
         *accepted,
@@ -171,6 +173,12 @@ def _answer(result: Result, known: ByEmulators | None) -> list[Remark]:
     if known:
         said.append(remark("errors-lead-to", f"{causes(result)} alone lead to {known.expected_error:.2g} %.", expected_error=known.expected_error))
     return said
+
+
+def _recorded(result: Result) -> list[Remark]:
+    """What was measured and not fitted, of which no emulator and no weight knows."""
+    recorded = recorded_of_answer(result)
+    return [remark("recorded-errors", in_words(recorded), recorded=[each.as_json() for each in recorded])] if recorded else []
 
 
 def _alike(answer: Answer) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from graincal.campaign.learnt import Learnt
 from graincal.campaign.packings import TROUBLE
 from graincal.campaign.remark import Remark
 from graincal.campaign.remarks import remarks
+from graincal.campaign.repeated import mean_of, spread_of
 from graincal.campaign.replay import knowledge, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
@@ -48,19 +49,12 @@ class Answer:
     @property
     def mean(self) -> float:
         """Of the errors; NaN where no run has one."""
-        return float(self._known.mean()) if self._known.size else np.nan
+        return mean_of(self.errors)
 
     @property
     def spread(self) -> float:
         """The errors' standard deviation; NaN for fewer than two."""
-        if self._known.size < 2:
-            return np.nan
-        # Exactly none of runs that are the same, whatever their mean is rounded to.
-        return float(self._known.std(ddof=1)) if np.ptp(self._known) else 0.0
-
-    @property
-    def _known(self) -> NDArray[np.float64]:
-        return self.errors[np.isfinite(self.errors)]
+        return spread_of(self.errors)
 
 
 class Result:
@@ -133,6 +127,30 @@ class Result:
     def evaluations(self) -> int:
         """The number of samples evaluated, N; each in every experiment, unless it failed or was stopped in one."""
         return len(self.samples)
+
+    @property
+    def recorded_names(self) -> tuple[tuple[str, str], ...]:
+        """What was recorded and not fitted, as (experiment, name): the columns of `recorded_errors`."""
+        return tuple((experiment.name, name) for experiment in self.experiments for name in experiment.reference.recorded)
+
+    @cached_property
+    def recorded_errors(self) -> NDArray[np.float64]:
+        """(N, R): percent, Eq. 5, by experiment and recorded quantity (`recorded_names`), of which nothing that was found depends; NaN for failures, and where a value is not finite. Computed from the
+        stored responses when first asked for."""
+        return self.recorded_errors_of(self.ids)
+
+    def recorded_errors_of(self, ids: Sequence[int]) -> NDArray[np.float64]:
+        """Those of some samples, by their ids: (len(ids), R)."""
+        rows = np.searchsorted(self.ids, ids)
+        columns = []
+        for number, experiment in enumerate(self.experiments):
+            errors = np.full((len(ids), len(experiment.reference.recorded)), np.nan)
+            outcomes = self._store.outcomes(ids, number) if errors.size else []
+            given = [row for row, outcome in enumerate(outcomes) if isinstance(outcome, Response) and not self.failed[rows[row]]]
+            if given:
+                errors[given] = experiment.recorded_errors([outcomes[row] for row in given])
+            columns.append(errors)
+        return np.concatenate(columns, axis=1)
 
     @property
     def complete(self) -> NDArray[np.bool_]:

@@ -124,7 +124,7 @@ def _add(
             at_its_pressure = outcome.at_pressure(experiment.model.confining_pressure) if scaled else outcome
             if not set(experiment.reference.names) <= set(outcome.values):
                 return f"without {', '.join(sorted(set(experiment.reference.names) - set(outcome.values)))}"
-            if isinstance(compared := experiment.compared(at_its_pressure), Failure):
+            if isinstance(compared := experiment.usable(at_its_pressure), Failure):
                 return "shorter than a reference" if "covers" in compared.reason else "not finite at a reference's rows"
             responses.append(thinning.reduce(experiment.observables(at_its_pressure)[None])[0])
     run = (theta.tobytes(), *(each.tobytes() for each in responses))

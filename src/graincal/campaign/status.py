@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from graincal.campaign.log import is_running
+from graincal.campaign.recorded import recorded_of_answer
 from graincal.campaign.remarks import remarks
 from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Answer, Candidate, Result
@@ -37,6 +38,8 @@ def status(folder: str | Path) -> dict[str, Any]:
     settled: whether the campaign ended because its posterior was known. posterior: {mean, std: {parameter: value}, interval_90: {parameter: [low, high]}} of the method "posterior", by what is known so far.
     fits_about_as_well: {runs, enough, range: {parameter: [low, high]}} of the method "posterior" (`Result.fits_about_as_well`): how many runs fit about as well as the answer,
     and the values that they have; `enough` is false where they are too few to outline a range.
+    recorded: [{experiment, observable, of, errors, mean, spread}], only where something was recorded that is not fitted: its errors (Eq. 5) by the runs at the "answer", or by the "most probable sample" of
+    the paper's method, or by the "best sample" before there is either.
     remarks: [{code, level, text, numbers}] of the method "posterior": what is to be said of it, in the order of the report; before a batch is complete, and by other
     methods, "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
     its meaning, and `graincal.campaign.remark.CODES` has all of them; level is "finding", "doubt" or "condition"; text is one or two sentences in plain characters; numbers is
@@ -71,6 +74,7 @@ def status(folder: str | Path) -> dict[str, Any]:
         "settled": store.meta("stopped_by") == "posterior_shift",
         "posterior": _posterior(result) if result else None,
         "fits_about_as_well": _fits(result) if result else None,
+        **({"recorded": [each.as_json() for each in recorded_of_answer(result)]} if result and result.recorded_names else {}),
         "remarks": [each.as_json() for each in (remarks(result) if result else accepted_problems(store.accepted))],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),

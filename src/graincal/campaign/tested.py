@@ -71,8 +71,8 @@ class Tested:
         return self.by_strain and abs(self.control[0]) <= AT_REST
 
     def observable(self, name: str) -> NDArray[np.float64] | None:
-        """Its values (T,), if it was measured."""
-        return self.reference.observables.get(name)
+        """Its values (T,), if it was measured, fitted or not."""
+        return self.reference.measured.get(name)
 
     def at(self, row: int) -> str:
         """A row by its control, for a sentence."""

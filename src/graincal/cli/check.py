@@ -141,9 +141,10 @@ def _describe_reference(reference: Reference) -> list[str]:
     from graincal.cli.text import resample, sparkline
 
     lines = [f"  reference: {len(reference.control)} rows, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}"]
-    for name, values in reference.observables.items():
+    for name, values in reference.measured.items():
         curve = sparkline(resample(reference.control, values))
-        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, variance share {reference.variance_shares[name]:g}")
+        counts = "not fitted" if name in reference.recorded else f"variance share {reference.variance_shares[name]:g}"
+        lines.append(f"    {name:20} {curve}  {values.min():.4g} to {values.max():.4g}, {counts}")
     return lines
 
 

@@ -31,7 +31,8 @@ COMPARED_OF_KIND = {UndrainedTest.kind: ("deviatoric_stress", "excess_pore_press
 
 @dataclass(frozen=True)
 class Compared:
-    """A test that a reference is compared with, as far as its reading depends on it. observables: those that are compared where the file holds them."""
+    """A test that a reference is compared with, as far as its reading depends on it. observables: those that are compared where the file holds them; recorded: those that are
+    read beside them and not scored."""
 
     kind: str
     title: str
@@ -40,6 +41,7 @@ class Compared:
     confining_pressure: float | None
     observables: tuple[str, ...]
     turns: tuple[float, ...] = ()
+    recorded: tuple[str, ...] = ()
 
     @classmethod
     def drained(cls, confining_pressure: float) -> Compared:
@@ -49,8 +51,10 @@ class Compared:
     @classmethod
     def of(cls, test: StressPathTest, experiment: Experiment) -> Compared:
         """A test that is predicted from an experiment: of the same kind it is compared by the experiment's observables."""
-        observables = experiment.reference.names if test.kind == experiment.model.kind else COMPARED_OF_KIND.get(test.kind, COMPARED)
-        return cls(test.kind, test.title, test.control, test.returned, test.confining_pressure, observables, tuple(getattr(test, "turns", ())))
+        alike = test.kind == experiment.model.kind
+        observables = experiment.reference.names if alike else COMPARED_OF_KIND.get(test.kind, COMPARED)
+        recorded = tuple(experiment.reference.recorded) if alike else ()
+        return cls(test.kind, test.title, test.control, test.returned, test.confining_pressure, observables, tuple(getattr(test, "turns", ())), recorded)
 
     @property
     def with_article(self) -> str:
@@ -76,7 +80,7 @@ def read_comparison(
     reference = _of_calibration(path, test) if path.suffix == ".toml" else _of_laboratory(path, test, measured_like, asked or {}, before)
     if reference.control_name != test.control:
         raise InputError(f"{path}: the reference's control is {reference.control_name}, and {test.with_article} is compared over {test.control} here.")
-    if missing := [name for name in reference.names if name not in test.returned]:
+    if missing := [name for name in reference.measured if name not in test.returned]:
         raise InputError(f"{path}: {test.with_article} returns {', '.join(test.returned)}, and the reference holds {missing[0]}.")
     return reference
 
@@ -115,9 +119,9 @@ def calibrated_against(result: Result, reference: Reference) -> str | None:
 
 def _of_laboratory(path: Path, test: Compared, measured_like: Experiment | None, asked: Mapping[str, Any], before: Before | None) -> Reference:
     own = [name for name in asked.get("columns", ()) if name in test.returned and name not in (test.control, "axial_strain", *STRESS_FORMS)]
-    observables = tuple(dict.fromkeys((*test.observables, *own)))
+    observables = tuple(dict.fromkeys((*test.observables, *(name for name in own if name not in test.recorded))))
     _refuse_other_pressure(path, test, asked)
-    reference = read_another(path, test.control, observables, asked=asked, before=before, **test.reading)
+    reference = read_another(path, test.control, observables, asked=asked, before=before, recorded=test.recorded, **test.reading)
     other = measured_like.reference if measured_like else reference
     errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
     step = other.control_step if other.control_name == reference.control_name else 0.0

@@ -26,17 +26,17 @@ SMALLEST_SPAN = 1e-4
 
 
 def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
-    """The references, a row for each experiment and a panel for each observable."""
-    columns = max(len(experiment.reference.observables) for experiment in experiments)
+    """The references, a row for each experiment and a panel for each observable and what was recorded beside them."""
+    columns = max(len(experiment.reference.measured) for experiment in experiments)
     figure = Figure(figsize=(4 * columns, 3 * len(experiments)), layout="constrained")
     for row, experiment in enumerate(experiments):
-        for column, (name, values) in enumerate(experiment.reference.observables.items()):
+        for column, (name, values) in enumerate(experiment.reference.measured.items()):
             axes = figure.add_subplot(len(experiments), columns, 1 + row * columns + column)
             over, x, logarithmic = experiment.abscissa(experiment.reference.control)
             axes.plot(_to_print(over, x), _to_print(name, values), "k.-", markersize=3, linewidth=0.8)
             if logarithmic:
                 _scale_logarithmically(axes, x)
-            axes.set(title=experiment.name, xlabel=_label(over), ylabel=_label(name))
+            axes.set(title=f"{experiment.name}{_not_fitted(name, experiment.reference)}", xlabel=_label(over), ylabel=_label(name))
     _save(figure, path)
 
 
@@ -47,7 +47,7 @@ def draw_response(response: Response, path: Path, control: str, shown: Sequence[
 
 def response_figure(response: Response, control: str, shown: Sequence[Panel], reference: Reference | None = None) -> Figure:
     """The panels of a test's figure, with the rows of its curve; or the observables of a reference beside it."""
-    panels = [Panel(name) for name in reference.observables] if reference else shown
+    panels = [Panel(name) for name in reference.measured] if reference else shown
     columns = {**response.values, control: response.control}
     figure = Figure(figsize=(4 * len(panels), 3), layout="constrained")
     for number, (name, over, logarithmic) in enumerate(panels):
@@ -56,7 +56,7 @@ def response_figure(response: Response, control: str, shown: Sequence[Panel], re
         style = {"color": "tab:blue", "label": "simulated"} | ({} if reference else {"marker": ".", "linewidth": 1.0})
         axes.plot(_to_print(over, columns[over]), _to_print(name, columns[name]), "-", **style)
         if reference:
-            axes.plot(_to_print(control, reference.control), _to_print(name, reference.observables[name]), "k.", markersize=3, label="reference")
+            axes.plot(_to_print(control, reference.control), _to_print(name, reference.measured[name]), "k.", markersize=3, label=f"reference{_not_fitted(name, reference)}")
             axes.legend(frameon=False)
         if logarithmic:
             _scale_logarithmically(axes, columns[over])
@@ -82,7 +82,8 @@ def draw_prediction(prediction: Prediction, shown: Sequence[str], reference: Ref
             axes.fill_between(x[leg], low[leg], high[leg], color="tab:blue", alpha=0.25, linewidth=0, label="" if leg.start else "90 % of predicted responses")
         axes.plot(x, _to_print(name, prediction.mean(name)), color="tab:blue", label="their mean")
         if reference is not None:
-            axes.plot(x, _to_print(name, reference.observables[name]), "k.", markersize=4, label="test")
+            axes.plot(x, _to_print(name, reference.measured[name]), "k.", markersize=4, label="test")
+            axes.set(title=_not_fitted(name, reference).removeprefix(", "))
         if logarithmic:
             _scale_logarithmically(axes, values)
         axes.set(xlabel=_label(over), ylabel=_label(name))
@@ -115,6 +116,10 @@ def _to_print(name: str, values: NDArray) -> NDArray:
 def _label(name: str) -> str:
     unit, _ = _UNITS.get(name.split("_")[-1], ("", 1.0))
     return name.replace("_", " ") + (f" ({unit})" if unit else "")
+
+
+def _not_fitted(name: str, reference: Reference) -> str:
+    return ", not fitted" if name in reference.recorded else ""
 
 
 def _save(figure: Figure, path: Path) -> None:

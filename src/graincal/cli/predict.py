@@ -69,7 +69,7 @@ def predict(
     prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
     if output:
         _write(prediction, output)
-    shown = reference.names if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
+    shown = tuple(reference.measured) if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
     abscissa = test.abscissa(prediction.control)
     shown = tuple(name for name in shown if name != abscissa.name)
     if plot:
@@ -215,6 +215,8 @@ def _write(prediction: Prediction, path: Path) -> None:
 
 
 def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ...], reference: Reference | None) -> list[str]:
+    from graincal.inference import curve_error
+
     lines = [
         f"Predicted {_named(test)} from {len(prediction.theta)} samples of the posterior"
         + (f"; {len(prediction.failures)} more failed ({prediction.failures[0].kind})" if prediction.failures else "")
@@ -231,4 +233,5 @@ def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ..
             f"Against the test: the {found.probability:.0%} band, measurement errors included, holds {covered}; log score {found.log_score:.2f} a value; "
             f"the mean's error is {found.error:.2f} %."
         )
+        lines += [f"Not fitted: the mean's error in {name} is {curve_error(prediction.mean(name), values):.2f} %." for name, values in reference.recorded.items()]
     return lines

@@ -79,6 +79,7 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
 
 def show(result: Result, folder: Path, console: Console) -> None:
     """The result in words and a table of the parameters."""
+    from graincal.campaign.recorded import in_words, recorded_of_answer
     from graincal.notation import numbers
     from graincal.report import summarise
     from graincal.report.close_fits import MARGIN, close_fits
@@ -113,6 +114,8 @@ def show(result: Result, folder: Path, console: Console) -> None:
         console.print(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
         console.print("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True)
         console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
+        if said := in_words(recorded_of_answer(result)):
+            console.print(to_plain(said), soft_wrap=True)
     if result.grade:
         console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
     console.print(f"Stored in {folder}.", soft_wrap=True)

@@ -248,10 +248,13 @@ def _describe(curve: Response, reference: Reference | None) -> list[str]:
     if flagged := int(curve.details["flagged"]):
         lines.append(f"Warning: {flagged} of {curve.details['states']:.0f} states were not at rest within their step limit (column flagged).")
     if reference is not None:
-        from graincal.inference.errors import observable_errors, sample_errors
+        from graincal.inference.errors import curve_error, observable_errors, sample_errors
 
         errors = observable_errors(curve.observables(reference.names)[None], reference)
         each = ", ".join(f"{name} {error:.2f} %" for name, error in zip(reference.names, errors[0]))
         lines += [f"The reference: {note}" for note in reference.notes]
         lines.append(f"Error against the reference: {each}; together {sample_errors(errors, reference.shares)[0]:.2f} %")
+        if reference.recorded:
+            beside = ", ".join(f"{name} {curve_error(curve.values[name], values):.2f} %" for name, values in reference.recorded.items())
+            lines.append(f"Error of what is not fitted: {beside}")
     return lines

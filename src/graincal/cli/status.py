@@ -53,6 +53,9 @@ def _lines(status: dict[str, Any]) -> list[str]:
         if candidate := status[word]:
             theta = ", ".join(f"{name} {value:.4g}" for name, value in candidate["theta"].items())
             lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {theta}")
+    for each in status.get("recorded", ()):
+        error = "-" if each["mean"] is None else f"{each['mean']:.2f} %"
+        lines.append(f"not fitted: {each['observable']} in {each['experiment']}, error {error} ({each['of']})")
     lines += [each["text"] for each in status["remarks"] if each["code"] in _ALWAYS or (each["level"] == "doubt" and each["code"] != "preliminary")]
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")

@@ -6,6 +6,7 @@ from graincal.lazily import exported
 
 if TYPE_CHECKING:
     from graincal.inference.advice import Grade, grade, sample_size_advice
+    from graincal.inference.errors import curve_error
     from graincal.inference.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
     from graincal.inference.iteration import Iteration
     from graincal.inference.methods import METHODS
@@ -26,6 +27,7 @@ __all__ = [
     "PosteriorFilter",
     "SequentialMonteCarloFilter",
     "Stop",
+    "curve_error",
     "grade",
     "number_of_samples",
     "sample_size_advice",
@@ -35,6 +37,7 @@ __getattr__ = exported(
     __name__,
     {
         "graincal.inference.advice": ["Grade", "grade", "sample_size_advice"],
+        "graincal.inference.errors": ["curve_error"],
         "graincal.inference.filter": ["IterativeBayesianFilter", "SequentialMonteCarloFilter"],
         "graincal.inference.iteration": ["Iteration"],
         "graincal.inference.methods": ["METHODS"],

@@ -10,14 +10,19 @@ from numpy.typing import NDArray
 from graincal.data import Reference
 
 
-def observable_errors(response: NDArray[np.float64], reference: Reference) -> NDArray[np.float64]:
-    """Eq. 5: 100 sum_t |y_tj - x_tj| / sum_t |y_tj| for each sample and observable, (N, J), of a response x (N, T, J).
+def curve_error(response: NDArray[np.float64], reference: NDArray[np.float64], axis: int = -1) -> NDArray[np.float64]:
+    """Eq. 5 of one curve x (T,) against another y (T,), percent: 100 sum_t |y_t - x_t| / sum_t |y_t|, of any quantity at the same states.
 
-    The sums run over all states, the first included. Where a response is NaN, so is its error; where the sum overflows, it is infinite.
+    Both may hold several curves, whose shapes go together as NumPy's do; states are along `axis`, which is summed over: responses (N, T) against a reference (T,) give (N,).
+    The sums run over all states, the first included. Where a response is NaN, so is its error; where the sum overflows, or the reference is 0 throughout, it is infinite, or NaN for 0 / 0.
     """
-    values = reference.values
-    with np.errstate(over="ignore"):
-        return 100 * np.abs(values - response).sum(axis=1) / np.abs(values).sum(axis=0)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        return 100 * np.abs(reference - response).sum(axis=axis) / np.abs(reference).sum(axis=axis)
+
+
+def observable_errors(response: NDArray[np.float64], reference: Reference) -> NDArray[np.float64]:
+    """Eq. 5 (`curve_error`) for each sample and observable, (N, J), of a response x (N, T, J)."""
+    return curve_error(response, reference.values, axis=-2)
 
 
 def curve_error(curve: NDArray[np.float64], reference: NDArray[np.float64]) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graincal.data import Reference
 from graincal.inference.error_model import ErrorModel
@@ -50,10 +51,7 @@ def likely_runs(evaluations: Evaluations, references: Sequence[Reference], error
     usable = evaluations.usable
     if not usable.any():
         return None
-    logs = np.full(len(evaluations), -np.inf)
-    logs[usable] = sum(
-        marginal(log_likelihood(responses[usable], reference, model), model.log_prior) for responses, reference, model in zip(evaluations.responses, references, errors)
-    )
+    logs = log_likelihoods(evaluations, references, errors)
     there = usable & (np.arange(len(evaluations)) >= len(evaluations) - at_answer)
     own = np.sqrt(evaluations.space.size / 2)
     tells = there.sum() > 1 and np.std(logs[there], ddof=1) > HARDLY * own
@@ -61,3 +59,13 @@ def likely_runs(evaluations: Evaluations, references: Sequence[Reference], error
     least = middle - WITHIN * deviation
     theta = evaluations.theta[(logs >= least) | there]
     return LikelyRuns(len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0)
+
+
+def log_likelihoods(evaluations: Evaluations, references: Sequence[Reference], errors: Sequence[ErrorModel]) -> NDArray[np.float64]:
+    """The log likelihood of each evaluation by its own response, (N,), which a run that fits about as well has at least `LikelyRuns.least` of; -inf without a whole response."""
+    usable = evaluations.usable
+    logs = np.full(len(evaluations), -np.inf)
+    logs[usable] = sum(
+        marginal(log_likelihood(responses[usable], reference, model), model.log_prior) for responses, reference, model in zip(evaluations.responses, references, errors)
+    )
+    return logs

@@ -135,15 +135,17 @@ class Thinning:
 
 def _means(reference: Reference, first: NDArray[np.intp]) -> Reference:
     counts = np.diff(np.append(first, len(reference.control)))
-    control, *values = (np.add.reduceat(column, first) / counts for column in (reference.control, *reference.observables.values()))
+    control, *values = (np.add.reduceat(column, first) / counts for column in (reference.control, *reference.measured.values()))
+    means = dict(zip(reference.measured, values))
     return Reference(
         control,
-        dict(zip(reference.names, values)),
+        {name: means[name] for name in reference.names},
         reference.variance_shares,
         reference.measurement_errors,
         control_name=reference.control_name,
         control_step=reference.control_step,
         simulated=reference.simulated,
+        recorded={name: means[name] for name in reference.recorded},
     )
 
 

@@ -59,9 +59,10 @@ class _Choice:
 
 @dataclass(frozen=True)
 class _Found:
-    """What of the wanted quantities a choice finds in a file: the observables, and the quantities of the columns that are read."""
+    """What of the wanted quantities a choice finds in a file: the observables, those that are recorded beside them, and the quantities of the columns that are read."""
 
     observables: tuple[str, ...]
+    recorded: tuple[str, ...]
     read: tuple[str, ...]
 
 
@@ -73,9 +74,9 @@ class _Misfit:
 
 
 def read_another(
-    path: str | PathLike[str], control: str, observables: Sequence[str], *, asked: Mapping[str, Any], before: Before | None = None, **test: Any
+    path: str | PathLike[str], control: str, observables: Sequence[str], *, asked: Mapping[str, Any], before: Before | None = None, recorded: Sequence[str] = (), **test: Any
 ) -> Reference:
-    """Read a file over `control`, with those of the observables (names) that it holds.
+    """Read a file over `control`, with those of the observables (names), and of those that are `recorded` and not fitted, that it holds.
 
     asked: `columns`, `units`, `strain`, `compression` (quantity -> word), `sheet`, `stage` and `rows` for this file. With columns, only these are read, by the conventions of the file `before` where nothing
     else is asked. Without, the columns of the file before are read where this one has all of them, or else those with the quantities' own names.
@@ -86,10 +87,10 @@ def read_another(
     misfits: list[tuple[_Choice, _Misfit]] = []
     for choice in _choices(path, asked, before):
         table = _table(path, choice)
-        found = _find(table, control, observables, choice, test)
+        found = _find(table, control, observables, recorded, choice, test)
         if isinstance(found, _Found):
-            reference = read_reference(path, control, found.observables, **_options(control, found, choice), **test)
-            return replace(reference, notes=(*_how(table, control, observables, choice, found, misfits), *reference.notes))
+            reference = read_reference(path, control, found.observables, recorded=found.recorded, **_options(control, found, choice), **test)
+            return replace(reference, notes=(*_how(table, control, (*observables, *recorded), choice, found, misfits), *reference.notes))
         misfits.append((choice, found))
     others = "".join(f", nor is {misfit.wanted} of {choice.called}" for choice, misfit in misfits if choice.columns)
     own = next(misfit for choice, misfit in misfits if not choice.columns or asked.get("columns"))
@@ -126,8 +127,8 @@ def _places(said: Place) -> list[str | int]:
     return list(said) if isinstance(said, (list, tuple)) else [said]
 
 
-def _find(table: Table, control: str, observables: Sequence[str], choice: _Choice, test: Mapping[str, Any]) -> _Found | _Misfit:
-    columns, possible = choice.columns, selectable((control, *observables))
+def _find(table: Table, control: str, observables: Sequence[str], recorded: Sequence[str], choice: _Choice, test: Mapping[str, Any]) -> _Found | _Misfit:
+    columns, possible = choice.columns, selectable((control, *observables, *recorded))
     if not choice.asked.get("columns"):
         columns = {quantity: said for quantity, said in columns.items() if quantity in possible}
     asked: dict[str, int] = {}
@@ -143,7 +144,7 @@ def _find(table: Table, control: str, observables: Sequence[str], choice: _Choic
         refuse_shared(table, asked)
     conventions = Conventions(columns, choice.units, None, "positive")
     sources = {}
-    for name in (control, *observables):
+    for name in (control, *observables, *recorded):
         try:
             sources[name] = source_of(table, name, conventions, test.get("confining_pressure"), test.get("turns"))
         except MissingColumn:
@@ -151,12 +152,12 @@ def _find(table: Table, control: str, observables: Sequence[str], choice: _Choic
     there = tuple(name for name in observables if name in sources)
     if control not in sources or not there:
         return _Misfit(control if control not in sources else " or ".join(observables))
-    return _Found(there, tuple(dict.fromkeys(column.quantity for source in sources.values() for column in source.columns)))
+    return _Found(there, tuple(name for name in recorded if name in sources), tuple(dict.fromkeys(column.quantity for source in sources.values() for column in source.columns)))
 
 
 def _options(control: str, found: _Found, choice: _Choice) -> dict[str, Any]:
     """The options of `read_reference`: what is said of this file as it is, and of what is said of another what is read here."""
-    asked, carried, possible = choice.asked, choice.carried, selectable((control, *found.observables))
+    asked, carried, possible = choice.asked, choice.carried, selectable((control, *found.observables, *found.recorded))
     mine = bool(asked.get("columns"))
     options = {key: carried[key] for key in ("unloading", "sample_volume", "sample_height", "encoding") if key in carried}
     options |= {key: asked[key] for key in _OF_ONE_FILE if key in asked}
@@ -199,7 +200,7 @@ def _how(
         notes.append(f"read by {own}{'; ' + missed[0] if missed else ''}.")
     if choice.left and not any(key in choice.asked for key in _OF_ONE_FILE):
         notes.append(f"all of it was read: {' and '.join(f'{key} = {_written(value)}' for key, value in choice.left.items())} of {choice.called} is of another file.")
-    if left := [name for name in observables if name not in found.observables]:
+    if left := [name for name in observables if name not in (*found.observables, *found.recorded)]:
         notes.append(f"it holds no {' and no '.join(left)}, so that {' and '.join(found.observables)} alone {'is' if len(found.observables) == 1 else 'are'} compared.")
     return notes
 

@@ -47,6 +47,7 @@ def read_reference(
     sample_height: float | None = None,
     sheet: str | int | None = None,
     encoding: str | None = None,
+    recorded: Sequence[str] = (),
 ) -> Reference:
     """Read a laboratory file: delimited text, a spreadsheet or AGS4 data, in the order of the test.
 
@@ -57,6 +58,8 @@ def read_reference(
         What the reference compares on and what it compares. A mapping gives each observable's variance share. The control `axial_extension` is minus
         the axial strain; `position` is that along a path of loading and unloading: the sum of |Δ ln σ| of the axial stress, or the mean stress, from
         `confining_pressure` on. Rows without stress have no position and are left out.
+    recorded
+        Names of what is read in the same way and not fitted: see `Reference`.
     columns
         Quantity -> header, with or without the header's unit, or the group above it with it; or the column's number, from 1, or its letter; or, for a strain,
         a list of columns that are summed. Beside the names in `control` and `observables`, the stress ratio σ1/σ3 may be
@@ -95,15 +98,15 @@ def read_reference(
     """
     table = read_table(path, encoding=encoding, sheet=sheet)
     table, chosen = choose_rows(table, stage, rows)
-    shares = _observables(table.path, control, observables)
-    wanted = (control, *shares)
+    shares = _observables(table.path, control, observables, recorded)
+    wanted = (control, *shares, *recorded)
     positive = {"confining_pressure": confining_pressure, "control_step": control_step, "until": until, "sample_volume": sample_volume, "sample_height": sample_height}
     for key, number in positive.items():
         _refuse_not_positive(table.path, key, {"": number})
     _refuse_wrong_errors(table.path, measurement_errors or {}, shares)
 
     conventions = Conventions(columns or {}, units or {}, strain, compression, sample_volume, sample_height)
-    _refuse_another_name(table, shares, conventions)
+    _refuse_another_name(table, wanted[1:], conventions)
     conventions.check_words(table.path, selectable(wanted))
     sources = {name: source_of(table, name, conventions, confining_pressure, turns) for name in wanted}
     found = list({column.key: column for source in sources.values() for column in source.columns}.values())
@@ -128,6 +131,7 @@ def read_reference(
         control_name=control,
         control_step=control_step or 0.0,
         simulated=simulated,
+        recorded={name: values[name][compared][backbone] for name in recorded},
         read_as=tuple(dict.fromkeys(column.quantity for column in found)),
         cut=compared.stop is not None,
         at_pressure=tuple(name for name, source in sources.items() if source.at_pressure),
@@ -164,12 +168,16 @@ def _counted_from_the_first(
     return {column.key: plain[column.key] - plain[column.key][0] * (column.quantity in zero) for column in found}
 
 
-def _observables(path: str, control: str, observables: Sequence[str] | Mapping[str, float]) -> dict[str, float | None]:
+def _observables(path: str, control: str, observables: Sequence[str] | Mapping[str, float], recorded: Sequence[str]) -> dict[str, float | None]:
     if isinstance(observables, str) or not observables:
         raise InputError(f"{path}: observables must list at least one name, such as stress_ratio, and is {observables!r}.")
     shares = dict(observables) if isinstance(observables, Mapping) else dict.fromkeys(observables)
-    if control in shares:
+    if isinstance(recorded, str):
+        raise InputError(f"{path}: recorded must list names, such as volumetric_strain, and is {recorded!r}.")
+    if control in (*shares, *recorded):
         raise InputError(f"{path}: {control} is the control, and the observables must be other quantities.")
+    if twice := [name for name in recorded if name in shares]:
+        raise InputError(f"{path}: {twice[0]} is an observable, which is fitted, and cannot be recorded without being fitted too.")
     _refuse_not_positive(path, "observables (variance shares)", shares)
     return shares
 
@@ -195,7 +203,7 @@ def _refuse_wrong_errors(path: str, errors: Mapping[str, MeasurementError | floa
         raise InputError(f"{path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(observables)} was expected.")
 
 
-def _refuse_another_name(table: Table, observables: Mapping[str, float | None], conventions: Conventions) -> None:
+def _refuse_another_name(table: Table, observables: Sequence[str], conventions: Conventions) -> None:
     """Refuse an observable that is another name of a known one, where no column is its own: one that is named for it, or that bears the name while none is
     named for a stress that it may mean."""
     columns = conventions.columns if isinstance(conventions.columns, Mapping) else {}

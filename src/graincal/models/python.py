@@ -34,7 +34,8 @@ class PythonModel:
     timeout: the seconds that one evaluation may take. Only a process can be ended from outside, so it goes with a function given by its name and no
     executor. What the function started in its process ends with it.
 
-    The function may return a `Failure` itself: of the kind "infeasible" where the parameters are impossible. An exception in it, values that are not finite numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
+    The function may return a `Failure` itself: of the kind "infeasible" where the parameters are impossible. An exception in it, values that are not numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
+    Values may be NaN or infinite; which of them must be finite the experiment knows.
     """
 
     function: Function | str
@@ -151,8 +152,6 @@ class _Evaluation:
                 raise _Unusable(f"{name} is not an array of numbers.") from None
             if column.shape != self.control.shape:
                 raise _Unusable(f"{name} has the shape {column.shape}, and one value for each of the {self.control.size} control values was expected.")
-            if not np.all(np.isfinite(column)):
-                raise _Unusable(f"{name} is not finite at the control value {self.control[np.argmin(np.isfinite(column))]:g}.")
             columns[str(name)] = column
         return columns
 

@@ -32,6 +32,12 @@ def as_samples(result: Result, candidate: Candidate, experiment: Experiment) -> 
     return result.space.seen_by(result.number(experiment.name), sample)
 
 
+def recorded_errors_of(result: Result, candidate: Candidate) -> tuple[Mapping[str, float], ...]:
+    """Its errors in what was recorded and not fitted, likewise."""
+    row = iter(result.recorded_errors_of([candidate.sample])[0])
+    return tuple({name: float(next(row)) for name in experiment.reference.recorded} for experiment in result.experiments)
+
+
 def errors_of(result: Result, candidate: Candidate) -> tuple[Mapping[str, float], ...]:
     """The errors (Eq. 5, percent) of a candidate: for each experiment, by the name of the observable."""
     row = iter(result.observable_errors[int(np.searchsorted(result.ids, candidate.sample))])

@@ -16,6 +16,7 @@ from graincal.inference import Posterior
 from graincal.inference.emulation import Emulation
 from graincal.inference.error_model import measurement_errors
 from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.likely_runs import log_likelihoods
 from graincal.inference.posterior import PROBABILITY
 from graincal.inference.proposal import systematic_resampling
 from graincal.inference.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
@@ -114,6 +115,14 @@ class Emulated:
                 levels = ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2)
                 bands.append(Bands(reference.control, np.quantile(response, levels, axis=0), np.quantile(measured, levels, axis=0)))
         return tuple(bands)
+
+    @cached_property
+    def likely(self) -> NDArray[np.int64]:
+        """Ids of the campaign's own runs that fit about as well as the answer (`Result.fits_about_as_well`); those that it was given to learn from have none."""
+        result, known = self.result, self.result.knowledge
+        logs = log_likelihoods(known.evaluations, known.kept, known.errors)[-len(result.ids) :]
+        at_answer = np.isin(result.ids, result.answer.samples) & result.complete
+        return result.ids[(logs >= result.fits_about_as_well.least) | at_answer]
 
     @cached_property
     def alone(self) -> dict[tuple[int, str], NDArray[np.float64]]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from graincal.campaign.recorded import in_percent, recorded_of_answer
 from graincal.campaign.remarks import RIDGE
 from graincal.data import Response
 from graincal.inference.posterior import PROBABILITY
@@ -14,8 +15,8 @@ from graincal.notation.quantities import parameters, quantity
 from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, log_axis
 from graincal.report.emulated import DRAWN, Emulated
 from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_parameter, truth_of_pair
-from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, REFERENCE, THRESHOLD, VERMILLION, Style
-from graincal.report.responses import bands, control_axis, on_axis, prefix
+from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, RANGE, THRESHOLD, VERMILLION, Style
+from graincal.report.responses import NOT_FITTED, UNSEEN, bands, control_axis, measured_points, on_axis, prefix, side_by_side
 
 _MOST = f"{100 * PROBABILITY:.0f} %"
 _BINS = 24
@@ -24,7 +25,7 @@ _RING = Style(VERMILLION, symbol="ring", size=14)
 
 
 def draw_bands(emulated: Emulated) -> Figure:
-    """Reference and runs at the answer, with the bands of the mean response and of a measurement, for each observable of each experiment."""
+    """Reference and runs at the answer, with the bands of the mean response and of a measurement, for each observable of each experiment; and what was recorded beside them."""
     result, answer = emulated.result, emulated.result.answer
     panels = []
     for number, experiment in enumerate(result.experiments):
@@ -32,25 +33,43 @@ def draw_bands(emulated: Emulated) -> Figure:
         runs = [run for id in answer.samples if isinstance(run := result.response(int(id), number), Response)]
         found = emulated.bands[number]
         states = on_axis(experiment, found.control)
-        for place, (name, observed) in enumerate(experiment.reference.observables.items()):
+        for place, name in enumerate(experiment.reference.names):
             shown = quantity(name)
             marks: list[Mark] = [
                 *bands(states, *(shown.scale * found.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
                 *bands(states, *(shown.scale * found.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
             ]
             marks += [Line(on_axis(experiment, run.control), run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
-            marks.append(Points(x, observed * shown.scale, REFERENCE, "reference"))
+            marks.append(measured_points(experiment, name, x))
             panels.append(Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), tuple(marks)))
+        panels += [_recorded_panel(emulated, number, name, runs) for name in experiment.reference.recorded]
     caption = (
         "The narrow band is where the mean response lies, given all that is known of the parameters and of the emulator; the wide one is where a measurement "
         f"of it would, errors included: about nine in ten points of the reference belong there. Each holds {_MOST}, state by state."
     )
+    if result.recorded_names:
+        caption += f" {UNSEEN} No emulator knows it: its band is the range of the runs that fit about as well, and responses beyond it may fit, too."
     if np.isfinite(answer.mean):
         title = f"The answer's responses are {numbers.repeated(answer.mean, answer.spread)} % from the reference."
     else:
         title = "What the posterior expects of the responses."
-    observables = {len(experiment.reference.names) for experiment in result.experiments}
-    return Figure("responses", title, caption, tuple(panels), columns=observables.pop() if observables in ({2}, {3}) else 3)
+    return Figure("responses", title, caption, tuple(panels), columns=side_by_side(result))
+
+
+def _recorded_panel(emulated: Emulated, number: int, name: str, at_answer: list[Response]) -> Panel:
+    """What was recorded of a quantity and not fitted, in the experiment of a number, beside the runs at the answer and the range of those that fit about as well."""
+    result, experiment, shown = emulated.result, emulated.result.experiments[number], quantity(name)
+    axis, x = control_axis(experiment)
+    responses = [run for id in emulated.likely if isinstance(run := result.response(int(id), number), Response)]
+    curves = np.array([run.values[name] for run in responses if np.isfinite(run.values[name]).all()])
+    marks: list[Mark] = []
+    if len(curves) > 1:
+        low, high = shown.scale * curves.min(axis=0), shown.scale * curves.max(axis=0)
+        marks += bands(on_axis(experiment, result.states(number)), low, high, RANGE, "range of the runs that fit about as well")
+    marks += [Line(on_axis(experiment, run.control), run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in at_answer]
+    marks.append(measured_points(experiment, name, x))
+    (error,) = (each for each in recorded_of_answer(result) if (each.experiment, each.name) == (experiment.name, name))
+    return Panel(f"{prefix(result, experiment)}{shown.title}{NOT_FITTED}, error {in_percent(error)}", axis, Axis(shown.axis), tuple(marks))
 
 
 def draw_emulated_pairs(emulated: Emulated) -> Figure:

@@ -33,10 +33,12 @@ class Style:
 
 
 REFERENCE = Style(BLACK, symbol="ring", size=6)
+RECORDED = Style(BLACK, symbol="cross", size=6, width=1.2)
 BEST = Style(BLUE)
 MOST_PROBABLE = Style(VERMILLION, dash="dash")
 MEAN = Style(GREY, width=1.2, dash="dot")
 BAND = Style(SKY, opacity=0.5)
+RANGE = Style(GREEN, opacity=0.3)
 MEASURED = Style(GREY, opacity=0.32)
 ANSWER = Style(VERMILLION, width=1.5)
 FAILED = Style(GREY, symbol="cross", size=6, width=1.2)

@@ -16,7 +16,7 @@ from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, as_samples
 from graincal.report.drawing import Axis, Figure, Line, Panel, Points
 from graincal.report.palette import BEST, PREDICTED, REFERENCE
-from graincal.report.responses import control_axis
+from graincal.report.responses import NOT_FITTED, control_axis
 
 LONGEST = 120.0
 """Seconds that the same sample's evaluation may have taken for a report to simulate it once more."""
@@ -96,14 +96,15 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
     axis, x = control_axis(experiment)
     scale = quantity(experiment.reference.control_name).scale
     panels = []
-    for name in experiment.reference.names:
+    for name, values in experiment.reference.measured.items():
         shown = quantity(name)
+        title = f"{shown.title}{NOT_FITTED * (name in experiment.reference.recorded)}"
         marks = (
             Line(scale * prediction.calibrated.control, prediction.calibrated.values[name] * shown.scale, replace(BEST, dash="dash"), f"calibrated at {calibrated}"),
-            Points(x, experiment.reference.observables[name] * shown.scale, REFERENCE, f"reference at {calibrated}"),
+            Points(x, values * shown.scale, REFERENCE, f"reference at {calibrated}"),
             Line(scale * prediction.response.control, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
         )
-        panels.append(Panel(shown.title, axis, Axis(shown.axis), marks))
+        panels.append(Panel(title, axis, Axis(shown.axis), marks))
     caption = (
         f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {predicted}, everything else as in {experiment.name}. "
         "No test at this pressure was compared with it, and another run of the same parameters would differ by the scatter of runs."

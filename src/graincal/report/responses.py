@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+
 from graincal.campaign import Experiment, Result
-from graincal.inference.posterior import PROBABILITY
+from graincal.inference.posterior import PROBABILITY, Posterior
 from graincal.notation.numbers import percent
 from graincal.notation.quantities import quantity
-from graincal.report.answer import answer_of, errors_of
+from graincal.report.answer import answer_of, errors_of, recorded_errors_of
 from graincal.positions import legs
 from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
 from graincal.report.findings import MOST
-from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, REFERENCE, Style, distinct
+from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, RECORDED, REFERENCE, Style, distinct
 
+NOT_FITTED = ", not fitted"
+UNSEEN = "What is not fitted was measured in the same test, and the calibration did not see it."
 _ANISOTROPIES = ("a_c", "a_n", "a_t")
 _COORDINATION = distinct(len(_ANISOTROPIES))
 
 
 def draw_responses(result: Result) -> Figure | None:
-    """Reference, best and most probable response of each observable of each experiment, with the band of the weighted responses."""
+    """Reference, best and most probable response of each observable of each experiment, and of what was recorded beside them, with the band of the weighted responses."""
     best, most_probable = result.best, result.most_probable
     if best is None:
         return None
@@ -32,9 +38,20 @@ def draw_responses(result: Result) -> Figure | None:
             "Errors (Eq. 5) are those of the most probable response."
         )
     panels = tuple(panel for number in range(len(result.experiments)) for panel in _panels(result, number))
-    # A row for each experiment, where it has two or three observables.
-    observables = {len(experiment.reference.names) for experiment in result.experiments}
-    return Figure("responses", title, caption, panels, columns=observables.pop() if observables in ({2}, {3}) else 3)
+    caption += f" {UNSEEN}" if result.recorded_names else ""
+    return Figure("responses", title, caption, panels, columns=side_by_side(result))
+
+
+def side_by_side(result: Result) -> int:
+    """How many panels of responses: a row for each experiment, where it has two or three."""
+    measured = {len(experiment.reference.measured) for experiment in result.experiments}
+    return measured.pop() if measured in ({2}, {3}) else 3
+
+
+def measured_points(experiment: Experiment, name: str, x: Array) -> Points:
+    """What was measured of a quantity, over x (T,): the reference, or what was recorded beside it."""
+    style, words = (RECORDED, "recorded, not fitted") if name in experiment.reference.recorded else (REFERENCE, "reference")
+    return Points(x, experiment.reference.measured[name] * quantity(name).scale, style, words)
 
 
 def draw_fabric(result: Result) -> Figure | None:
@@ -70,29 +87,31 @@ def bands(x: Array, low: Array, high: Array, style: Style, name: str) -> list[Ma
 
 def _panels(result: Result, number: int) -> list[Panel]:
     experiment = result.experiments[number]
-    errors = errors_of(result, answer_of(result))[number]
+    answer, recorded = answer_of(result), experiment.reference.recorded
+    errors = {**errors_of(result, answer)[number], **recorded_errors_of(result, answer)[number]}
     axis, x = control_axis(experiment)
     curves = _weighted_and_candidates(result, number)
     panels = []
-    for name, observed in experiment.reference.observables.items():
+    for name in experiment.reference.measured:
         shown = quantity(name)
-        marks = (*curves[name], Points(x, observed * shown.scale, REFERENCE, "reference"))
-        panels.append(Panel(f"{prefix(result, experiment)}{shown.title}, error {percent(errors[name], 2)}", axis, Axis(shown.axis), marks))
+        title = f"{prefix(result, experiment)}{shown.title}{NOT_FITTED * (name in recorded)}, error {percent(errors[name], 2)}"
+        panels.append(Panel(title, axis, Axis(shown.axis), (*curves[name], measured_points(experiment, name, x))))
     return panels
 
 
 def _weighted_and_candidates(result: Result, number: int) -> dict[str, list[Mark]]:
     """By observable: the band and the mean of the weighted responses, the best and the most probable one."""
-    reference = result.experiments[number].reference
-    names, experiment = reference.names, result.experiments[number]
+    experiment = result.experiments[number]
+    names = tuple(experiment.reference.measured)
     best, most_probable = result.best, result.most_probable
     marks: dict[str, list[Mark]] = {name: [] for name in names}
     if most_probable:
         weighted, x = result.responses(most_probable.iteration, number), on_axis(experiment, result.states(number))
         for name in names:
-            low, high = result.posterior.interval(PROBABILITY, of=weighted[name]) * quantity(name).scale
-            marks[name] += bands(x, low, high, BAND, MOST)
-            marks[name].append(Line(x, result.posterior.mean(of=weighted[name]) * quantity(name).scale, MEAN, "weighted mean"))
+            if carried := _of_whole_curves(result.posterior, weighted[name]):
+                low, high = carried.interval(PROBABILITY, of=weighted[name]) * quantity(name).scale
+                marks[name] += bands(x, low, high, BAND, MOST)
+                marks[name].append(Line(x, carried.mean(of=weighted[name]) * quantity(name).scale, MEAN, "weighted mean"))
     lines = [(best, BEST, "best"), (most_probable, MOST_PROBABLE, "most probable")]
     if most_probable and best.sample == most_probable.sample:
         lines = [(best, BEST, "best, and most probable")]
@@ -102,6 +121,15 @@ def _weighted_and_candidates(result: Result, number: int) -> dict[str, list[Mark
             for name in names:
                 marks[name].append(Line(on_axis(experiment, response.control), response.values[name] * quantity(name).scale, style, words))
     return marks
+
+
+def _of_whole_curves(posterior: Posterior, curves: Array) -> Posterior | None:
+    """The samples whose curves (N, S) are finite throughout, as what was recorded need not be; None where none of them carries weight."""
+    without = ~np.isfinite(curves).all(axis=1) & (posterior.weights > 0)
+    if not without.any():
+        return posterior
+    weights = np.where(without, 0, posterior.weights)
+    return replace(posterior, weights=weights / weights.sum()) if weights.any() else None
 
 
 def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:

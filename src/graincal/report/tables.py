@@ -234,8 +234,9 @@ def _observables(experiment: Experiment) -> str:
     reference = experiment.reference
     shares = ", ".join(f"{quantity(name).label} {share:g}" for name, share in reference.variance_shares.items())
     control = quantity(reference.control_name)
+    beside = f"; not fitted: {', '.join(quantity(name).label for name in reference.recorded)}" if reference.recorded else ""
     span = numbers.between(reference.control[0] * control.scale, reference.control[-1] * control.scale)
-    return f"{shares}; {numbers.count(len(reference.control), 'row')}, {control.label} {span} {control.unit}".strip()
+    return f"{shares}{beside}; {numbers.count(len(reference.control), 'row')}, {control.label} {span} {control.unit}".strip()
 
 
 def _listed(values: dict[str, str]) -> str:

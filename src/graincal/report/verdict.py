@@ -21,6 +21,7 @@ _HEADINGS = {
     "Modes": ("modes",),
     "Fit": ("nothing-found", "too-few-responses", "fits-about-as-well", "few-fit-about-as-well"),
     "Answer": ("answer", "answer-runs", "answer-runs-alike", "answer-runs-failed", "answer-not-run", "answer-is-best", "another-is-closer", "best-by-chance", "errors-lead-to"),
+    "Not fitted": ("recorded-errors",),
     "End": ("under-way", "settled", "stopped"),
 }
 """Where each remark stands; all others are of trust."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graincal.campaign import Candidate, Result
+from graincal.campaign.recorded import in_words, recorded_of_answer
 from graincal.inference import sample_size_advice
 from graincal.notation import numbers
 from graincal.notation.markup import to_plain
@@ -26,7 +27,8 @@ def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple
             said.append(("Groups", (grouped,)))
         if correlated := trade_offs(result.space, result.posterior):
             said.append(("Correlations", (correlated,)))
-    return (*said, ("Fit", (" ".join(fit(result)),)), ("Grade", (" ".join(grade(result)),)), ("End", (" ".join(ending(result)),)))
+    recorded = [("Not fitted", (words,))] if (words := in_words(recorded_of_answer(result))) else []
+    return (*said, ("Fit", (" ".join(fit(result)),)), *recorded, ("Grade", (" ".join(grade(result)),)), ("End", (" ".join(ending(result)),)))
 
 
 def summarise(result: Result) -> str:
