@@ -25,11 +25,6 @@ def observable_errors(response: NDArray[np.float64], reference: Reference) -> ND
     return curve_error(response, reference.values, axis=-2)
 
 
-def curve_error(curve: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
-    """Eq. 5 of one curve (T,) against another at the same states, of any quantity: 100 sum_t |y_t - x_t| / sum_t |y_t|, percent."""
-    return float(100 * np.abs(reference - curve).sum() / np.abs(reference).sum())
-
-
 def sample_errors(errors: NDArray[np.float64], shares: NDArray[np.float64]) -> NDArray[np.float64]:
     """Eq. 6: the mean of a sample's errors (N, P) over all P pairs of experiment and observable, weighted by 1 / w~: (N,).
 

@@ -24,7 +24,7 @@ def over_strain(name: str, title: str, caption: str, curves: Mapping[str, Respon
 def _marks(column: str, curves: Mapping[str, Response], reference: Reference | None, styles: Mapping[str, Style], dots: str) -> list[Mark]:
     scale = quantity(column).scale
     marks: list[Mark] = []
-    measured = {} if reference is None else {**reference.observables, **getattr(reference, "recorded", {})}
+    measured = {} if reference is None else reference.measured
     if column in measured:
         marks.append(Points(100 * reference.control, scale * measured[column], REFERENCE, dots))
     return marks + [Line(100 * run.control, scale * run.values[column], styles[name], name) for name, run in curves.items()]

@@ -62,8 +62,8 @@ def fits(results: Iterable[Result]) -> list[Fit]:
 def _errors(result: Result, rows: NDArray[np.bool_]) -> dict[str, float]:
     """The means over samples that gave a response."""
     rows = rows & result.complete
-    names = [*result.experiments[0].reference.names, *getattr(result.experiments[0].reference, "recorded", ())]
-    by_observable = np.concatenate([result.observable_errors, getattr(result, "recorded_errors", np.empty((result.evaluations, 0)))], axis=1)[rows].mean(axis=0)
+    names = [*result.experiments[0].reference.names, *result.experiments[0].reference.recorded]
+    by_observable = np.concatenate([result.observable_errors, result.recorded_errors], axis=1)[rows].mean(axis=0)
     return {_ERROR_OF[name]: float(error) for name, error in zip(names, by_observable)} | {ERROR: float(result.errors[rows].mean())}
 
 
@@ -83,7 +83,7 @@ def at(runs: Sequence[Response], control: NDArray[np.float64]) -> list[Response]
 
 def floor(runs: Sequence[Response], control: NDArray[np.float64], shares: Mapping[str, float]) -> dict[str, float]:
     """What runs at the same parameters differ by: Eq. 5 and Eq. 6 of one against another, the median over all pairs, percent. Nothing for fewer than two."""
-    errors = [[curve_error(one.values[name], other.values[name]) for name in shares] for one, other in combinations(at(runs, control), 2)]
+    errors = [[float(curve_error(one.values[name], other.values[name])) for name in shares] for one, other in combinations(at(runs, control), 2)]
     if not errors:
         return {}
     by_observable, trust = np.array(errors), 1 / np.array(list(shares.values()))

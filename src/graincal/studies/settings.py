@@ -100,7 +100,7 @@ class Setup:
     def synthetic(self, recorded: tuple[str, ...] = (), shares: dict[str, float] | None = None) -> Reference:
         """The paper's synthetic reference. recorded: observables that are not conditioned on. Raises Missing."""
         fitted = {name: share for name, share in (shares or BOTH).items() if name not in recorded}
-        return Reference.read(self._file("synthetic_reference.csv"), observables=fitted, simulated=True, **({"recorded": recorded} if recorded else {}))
+        return Reference.read(self._file("synthetic_reference.csv"), observables=fitted, recorded=recorded, simulated=True)
 
     def test(self, particles: int, pressure: float, own: bool = False) -> TriaxialTest:
         """The paper's drained triaxial compression. Raises Missing."""

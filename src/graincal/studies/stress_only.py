@@ -34,7 +34,7 @@ class StressOnly(Study):
         return [at_truth(setup), proof(setup), *self._alone(setup), *self._posteriors(setup, done).values(), *self._bands(setup, done).values()]
 
     def _alone(self, setup: Setup) -> list[Case]:
-        return [on_synthetic(setup, "mid", 80, range(1, max(SEEDS, setup.seeds) + 1 if setup.seeds > 1 else 2), iterations=8, recorded=RECORDED)]
+        return [on_synthetic(setup, "mid", 80, range(1, max(SEEDS, setup.seeds) + 1 if setup.seeds > 1 else 2), 8, recorded=RECORDED)]
 
     def _posteriors(self, setup: Setup, done: Done) -> dict[str, Case]:
         """By the method "posterior", one seed each."""
