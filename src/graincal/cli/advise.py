@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def advise(
     folder: Folder,
-    test: Annotated[list[str] | None, typer.Option(help='A test to look at, as often as wanted: KIND [extension] [PRESSURE in Pa] [to LAST], such as "triaxial 1e6"; some usual ones by default.', metavar="TEST")] = None,
+    test: Annotated[list[str] | None, typer.Option(help='A test to look at, as often as wanted: a kind, and behind it, if wanted, "extension", a confining pressure in Pa, and "to" the last strain or stress: "triaxial 1e6 to 0.1". Seven usual ones by default.', metavar="TEST")] = None,
     tests: Annotated[Path | None, typer.Option(help="A calibration file whose experiments are tests to look at, too; their references may be missing.", metavar="FILE")] = None,
     samples: Annotated[int, typer.Option(help="Draws from the posterior, at which each test is run; 60 or more.")] = 100,
     workers: Workers = "all",

@@ -15,6 +15,7 @@ from graincal.data import Reference
 from graincal.inference.emulator import Emulator
 from graincal.inference.error_model import ErrorModel
 from graincal.inference.likelihood import ReducedLikelihood
+from graincal.inference.posterior import PROBABILITY
 from graincal.inference.reduction import columns
 
 FOLDS = 10
@@ -31,13 +32,15 @@ class Gain:
 
     information (K,): log p(θ_k | y_k) − log p(θ_k) in nats, whose mean is the mutual information of parameters and data (Lindley 1956, Ann. Math. Statist. 27).
     deviations (K, n): the parameters' standard deviations once y_k is known, in their own units; now (n,): those before.
-    effective_samples (K,): of the posterior's samples, those that carry the weight then. Each is a mean over the errors that y_k may have.
+    effective_samples (K,): of the posterior's samples, those that carry the weight then. within (K, n): how often the truth lies in the central 90 % interval that its data give. Each is a mean over the
+    errors that y_k may have.
     """
 
     information: NDArray[np.float64]
     deviations: NDArray[np.float64]
     now: NDArray[np.float64]
     effective_samples: NDArray[np.float64]
+    within: NDArray[np.float64]
 
     @property
     def mean_information(self) -> float:
@@ -58,6 +61,11 @@ class Gain:
     def share_errors(self) -> NDArray[np.float64]:
         """The standard errors of these, (n,)."""
         return np.array([_standard_error(column) for column in self.deviations.T]) / self.now
+
+    @property
+    def coverage(self) -> float:
+        """How many of the true values, over truths and parameters, lie in their 90 % intervals: fewer where the emulator is surer than it ought to be."""
+        return float(self.within.mean())
 
 
 def expected_gain(
@@ -83,7 +91,8 @@ def expected_gain(
     # Over the box of the posterior, in which the emulator is asked: in that of the ranges its draws may all be in one corner.
     unit, places = (np.divide(each - low, extent, out=np.zeros_like(each), where=extent > 0) for each in (theta, samples))
     data = columns(responses) + _errors(errors, (ERRORS, len(theta)), rng)
-    information, effective, deviations = np.empty((ERRORS, len(theta))), np.empty((ERRORS, len(theta))), np.empty((ERRORS, *theta.shape))
+    information, effective = np.empty((2, ERRORS, len(theta)))
+    deviations, within = np.empty((2, ERRORS, *theta.shape))
     with threadpool_limits(1):
         for rows, emulator in _emulators(unit, responses, reference, seen, rng):
             added, predicted, own = emulator.added(True), emulator.predict(places), emulator.predict(unit[rows])
@@ -95,7 +104,8 @@ def expected_gain(
                 weights = np.exp(logs - evidence)
                 effective[error, row] = 1 / np.sum(weights**2)
                 deviations[error, row] = np.sqrt(weights @ (samples - weights @ samples) ** 2)
-    return Gain(information.mean(axis=0), deviations.mean(axis=0), samples.std(axis=0), effective.mean(axis=0))
+                within[error, row] = np.abs(weights @ (samples < theta[row]) - 0.5) <= PROBABILITY / 2
+    return Gain(information.mean(axis=0), deviations.mean(axis=0), samples.std(axis=0), effective.mean(axis=0), within.mean(axis=0))
 
 
 def _emulators(
