@@ -6,13 +6,14 @@ from graincal.data import Failure, InputError, MeasurementError, ParameterSpace,
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.campaign import Experiment, FolderError, Result, calibrate, explore, predict, resume
+    from graincal.campaign import CandidateTest, Experiment, FolderError, Result, advise, calibrate, explore, predict, resume
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
     from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
 
 __all__ = [
+    "CandidateTest",
     "ConstantMeanStressTest",
     "Experiment",
     "Failure",
@@ -37,6 +38,7 @@ __all__ = [
     "TableTest",
     "TriaxialTest",
     "UndrainedTest",
+    "advise",
     "calibrate",
     "curve_error",
     "explore",
@@ -52,7 +54,7 @@ def __dir__() -> list[str]:
 _find = exported(
     __name__,
     {
-        "graincal.campaign": ["Experiment", "FolderError", "Result", "calibrate", "explore", "predict", "resume"],
+        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "Result", "advise", "calibrate", "explore", "predict", "resume"],
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],

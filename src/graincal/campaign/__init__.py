@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
+    from graincal.campaign.advice import Advice
+    from graincal.campaign.advising import advise
     from graincal.campaign.calibration import Calibration
+    from graincal.campaign.candidate_tests import CandidateTest
     from graincal.campaign.experiment import Experiment, Model
     from graincal.campaign.exploring import explore
     from graincal.campaign.listener import Listener
@@ -15,12 +18,15 @@ if TYPE_CHECKING:
     from graincal.campaign.running import begin, calibrate, resume
     from graincal.campaign.trouble import FolderError
 
-__all__ = ["Answer", "Calibration", "Candidate", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Remark", "Result", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Remark", "Result", "advise", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
     {
+        "graincal.campaign.advice": ["Advice"],
+        "graincal.campaign.advising": ["advise"],
         "graincal.campaign.calibration": ["Calibration"],
+        "graincal.campaign.candidate_tests": ["CandidateTest"],
         "graincal.campaign.experiment": ["Experiment", "Model"],
         "graincal.campaign.exploring": ["explore"],
         "graincal.campaign.listener": ["Listener"],

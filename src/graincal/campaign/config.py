@@ -365,6 +365,11 @@ def build_calibration(path: Path, file: CalibrationFile, source: str, more_runs:
         raise InputError(f"{path}: {error}") from error
 
 
+def read_entries(path: str | Path) -> list[ExperimentEntry]:
+    """The experiments of a calibration file as they are written; nothing that they name is read."""
+    return _read(Path(path))[0].experiment
+
+
 def read_references(path: str | Path) -> list[tuple[ExperimentEntry, Reference]]:
     """The experiments of a calibration file, each with its reference, read as a calibration would; no packing is read or prepared for that."""
     path = Path(path)

@@ -104,6 +104,11 @@ class Result:
         return f"Result({self.evaluations} evaluations in {len(self.iterations)} {'batches' if self.has_posterior else 'iterations'}, {self.failures} failed{best}, {state})"
 
     @property
+    def folder(self) -> Path | None:
+        """The campaign's folder; None where it is kept in memory."""
+        return self._store.folder
+
+    @property
     def space(self) -> ParameterSpace:
         """The unknowns and their ranges."""
         return self.calibration.space

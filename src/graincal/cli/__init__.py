@@ -8,6 +8,7 @@ from types import FrameType
 
 import typer
 
+from graincal.cli.advise import advise
 from graincal.cli.calibrate import calibrate
 from graincal.cli.check import check
 from graincal.cli.compare import compare
@@ -36,6 +37,7 @@ app.command(epilog="Example:  graincal status campaign --json")(status)
 app.command(epilog="Example:  graincal report campaign --figures png --figures pdf")(report)
 app.command(epilog="Example:  graincal predict campaign --confining-pressure 1e6 --against other.csv --plot prediction.png")(predict)
 app.command(epilog="Example:  graincal compare linear hertz --against other.csv --confining-pressure 1e6")(compare)
+app.command(epilog='Example:  graincal advise campaign --test undrained --test "triaxial 1e6"')(advise)
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
 app.command(epilog="Example:  graincal reproduce hartmann2022 --study proof --data DATA -o studies")(reproduce)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)

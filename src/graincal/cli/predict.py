@@ -145,9 +145,10 @@ def chosen_experiment(result: Result, name: str | None) -> Experiment:
 
 def predicted_test(experiment: Experiment, path: str | None, confining_pressure: float | None) -> StressPathTest:
     """The experiment's test along another path, or at another pressure, its packing and settings the same."""
-    from dataclasses import fields, replace
+    from dataclasses import replace
 
     from graincal.models import TESTS
+    from graincal.models.another_test import another_test
     from graincal.suggestion import did_you_mean
 
     test = experiment.model
@@ -158,9 +159,7 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     known = [kind for kind, other in TESTS.items() if "axial_strain" in other.controls]
     if path not in known:
         raise InputError(f"--path must be one of {', '.join(known)}, not {path!r}{did_you_mean(path, known)}.")
-    target = TESTS[path]
-    shared = {field.name: getattr(test, field.name) for field in fields(target) if hasattr(test, field.name) and field.name not in ("control", "table", "turns")}
-    return target(**(shared | changes))
+    return another_test(test, path, **changes)
 
 
 def _refuse_other_way(experiment: Experiment, confining_pressure: float | None) -> None:
