@@ -79,10 +79,11 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
         raise InputError("explore: runs and points are both given, and one of them was expected.")
     if points is not None:
         points = checked_points(points, calibration.space)
-        runs = len(points)
-    count = calibration.blank_filter().first_batch if runs is None else runs
-    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
-        raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
+        count = len(points)
+    else:
+        count = calibration.blank_filter().first_batch if runs is None else runs
+        if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
+            raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
     if is_library(folder):
         with closing(Store.open(folder)) as store:
             if not store.keeps(calibration) or store.meta(LIBRARY) != str(count) or not _same_points(_points(store), points):

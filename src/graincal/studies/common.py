@@ -23,7 +23,7 @@ def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], ite
 
     alpha = round(samples / 8.05)
     only = "-stress-only" if recorded else ""
-    return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, forecast.by_the_paper(SYNTHETIC_PARTICLES, box, samples, iterations), needs_synthetic(setup))
+    return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, forecast.by_the_paper(setup, SYNTHETIC_PARTICLES, box, samples, iterations), needs_synthetic(setup))
 
 
 def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
@@ -34,7 +34,7 @@ def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterabl
         return setup.by_the_posterior(setup.test(SYNTHETIC_PARTICLES, PRESSURE), reference, seed=seed, box=box, same_packing=True)
 
     only, alone = "-stress-only" if recorded else "", box == "mid" and not recorded
-    size = forecast.by_the_posterior(SYNTHETIC_PARTICLES, box, with_runs=not alone)
+    size = forecast.by_the_posterior(setup, SYNTHETIC_PARTICLES, box, with_runs=not alone)
     case = calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, size, needs_synthetic(setup))
     if case.missing or alone:
         return case
@@ -64,7 +64,7 @@ def runs_at(
         return Case(setting, missing=missing)
     called, number, each = (theta, count, times) if callable(theta) else (lambda: theta, len(theta), times)
     each = each or setup.size.repeats
-    return Case(setting, (Running(name, setting, forecast.runs(particles, number * each), lambda: setup.test(particles, pressure, own), called, each, space("extra wide")),))
+    return Case(setting, (Running(name, setting, forecast.runs(setup, particles, number * each), lambda: setup.test(particles, pressure, own), called, each, space("extra wide")),))
 
 
 def at_truth(setup: Setup) -> Case:

@@ -54,9 +54,9 @@ class MonteCarlo(Study):
         missing = setup.missing(f"toyoura_{pressure / 1e6:.1f}MPa.csv", PARTICLES)
         parts = lambda: (setup.test(PARTICLES, pressure), setup.toyoura(pressure, BOTH))  # noqa: E731
         return {
-            "GL": calibrations(f"{named}, GL", f"{folder}-alpha-10", lambda seed: setup.by_the_paper(*parts(), seed=seed), setup.short, forecast.by_the_paper(PARTICLES, "mid", 80, 8), missing),
-            "MC": calibrations(f"{named}, MC with {AS_MANY} samples", f"{folder}-mc-{AS_MANY}", lambda seed: setup.by_the_paper(*parts(), seed=seed, samples=AS_MANY, method=SEQUENTIAL), setup.short, forecast.by_the_paper(PARTICLES, "mid", AS_MANY, 1), missing),
-            "posterior": calibrations(f"{named}, posterior", f"{folder}-posterior", lambda seed: setup.by_the_posterior(*parts(), seed=seed), setup.short, forecast.by_the_posterior(PARTICLES, "mid"), missing),
+            "GL": calibrations(f"{named}, GL", f"{folder}-alpha-10", lambda seed: setup.by_the_paper(*parts(), seed=seed), setup.short, forecast.by_the_paper(setup, PARTICLES, "mid", 80, 8), missing),
+            "MC": calibrations(f"{named}, MC with {AS_MANY} samples", f"{folder}-mc-{AS_MANY}", lambda seed: setup.by_the_paper(*parts(), seed=seed, samples=AS_MANY, method=SEQUENTIAL), setup.short, forecast.by_the_paper(setup, PARTICLES, "mid", AS_MANY, 1), missing),
+            "posterior": calibrations(f"{named}, posterior", f"{folder}-posterior", lambda seed: setup.by_the_posterior(*parts(), seed=seed), setup.short, forecast.by_the_posterior(setup, PARTICLES, "mid"), missing),
         }
 
     def findings(self, setup: Setup, done: Done) -> Findings:

@@ -10,7 +10,7 @@ import numpy as np
 from graincal.report.drawing import Axis, Figure, Panel, Points
 from graincal.report.palette import GREEN, ORANGE, VERMILLION, Style
 from graincal.studies import paper
-from graincal.studies.common import at_truth, on_synthetic, on_synthetic_by_posterior
+from graincal.studies.common import at_truth, on_synthetic, on_synthetic_by_posterior, proof
 from graincal.studies.curves import over_iterations, over_strain
 from graincal.studies.found import ERROR, STRAIN, STRESS, Fit, fits, floor, rows
 from graincal.studies.records import Conclusion, Findings, Judgement, Row, Table, Values, all_of, at_most, smaller
@@ -68,12 +68,11 @@ OPTIMAL, SUB_OPTIMAL = 2.0, 5.0
 
 
 def cases_by_setting(setup: Setup) -> dict[Setting, Case]:
-    """The calibrations, which other studies look at too. Those that other studies run with several seeds have as many here."""
-    return {each: on_synthetic(setup, each.box, each.samples, _seeds(setup, each), each.iterations, each.most_iterations) for each in SETTINGS}
-
-
-def _seeds(setup: Setup, setting: Setting) -> range:
-    return setup.short if setting.samples * setting.iterations <= 900 and setting.width <= 4 else setup.long
+    """The calibrations, which other studies look at too. That of the proof of concept has as many seeds here."""
+    return {
+        each: proof(setup) if (each.box, each.alpha) == ("mid", 10) else on_synthetic(setup, each.box, each.samples, setup.long, each.iterations, each.most_iterations)
+        for each in SETTINGS
+    }
 
 
 class RangeAlpha(Study):
