@@ -24,6 +24,7 @@ import numpy as np
 from kept_rows import append_row, read_rows
 from numpy.typing import NDArray
 from problems import PROBLEMS, SPACE, STRAIN
+from rank_table import FAMILYWISE, show
 from scipy.stats import binom
 from threadpoolctl import threadpool_limits
 
@@ -41,7 +42,7 @@ DEVIATIONS = np.array([0.04, 0.001])
 # Of runs at one Theta: the deviations of the two, and the length over which these are alike, in lengths of the curve.
 SCATTER, SCATTER_LENGTH = np.array([0.015 * 2.0, 0.015 * 0.03]), 0.2
 
-DRAWS, SHRUNK, FAMILYWISE = 99, 0.8, 0.05
+DRAWS, SHRUNK = 99, 0.8
 QUANTITIES = (*SPACE.names, "log likelihood")
 # Under the mean response itself, which the method does not know: where the emulator's doubt widens the posterior, the truth ranks high.
 UNKNOWN = "exact likelihood"
@@ -127,22 +128,8 @@ def report(rows: list[dict[str, str]]) -> None:
     seconds = np.median([float(row["seconds"]) for row in rows])
     print(f"{count} repetitions of {np.median(evaluations):.0f} evaluations (median), {settled} of them settled; {seconds:.0f} s each")
     print(f"held-out error, in parts of the responses' spread: {np.median([float(row['held_out']) for row in rows]):.3f} (median)")
-    band = UniformBand.of(count, DRAWS, 1 - FAMILYWISE / len(QUANTITIES), np.random.default_rng(1))
-    for prefix, title in (("", "as reported"), ("shrunk ", f"shrunk to {SHRUNK:g} of its deviation")):
-        print(f"\nposterior {title}")
-        print(f"{'':18}{'furthest':>10}{'p-value':>9}{'band':>9}{'in 50 %':>10}{'in 90 %':>10}")
-        held = []
-        for name in (*QUANTITIES, UNKNOWN):
-            ranks = np.array([int(row[prefix + name]) for row in rows])
-            difference = band.distribution(ranks) - band.below
-            furthest = difference[np.argmax(np.abs(difference))]
-            holds = band.holds(ranks)
-            if name in QUANTITIES:
-                held.append(holds)
-            inside = [np.mean(np.abs(ranks - DRAWS / 2) < level * (DRAWS + 1) / 2) for level in (0.5, 0.9)]
-            within = "within" if holds else "left"
-            print(f"{name:18}{furthest:>+10.3f}{band.probability(ranks):>9.4f}{within:>9}{inside[0]:>10.2f}{inside[1]:>10.2f}")
-        print("uniform ranks, as far as one can tell" if all(held) else "refused")
+    for prefix, title in (("", "posterior as reported"), ("shrunk ", f"posterior shrunk to {SHRUNK:g} of its deviation")):
+        show(title, {name: np.array([int(row[prefix + name]) for row in rows]) for name in (*QUANTITIES, UNKNOWN)}, DRAWS, QUANTITIES)
     chance = [binom.ppf((0.025, 0.975), count, level) / count for level in (0.5, 0.9)]
     print(f"\nby chance alone, in 50 %: {chance[0][0]:.2f} to {chance[0][1]:.2f}; in 90 %: {chance[1][0]:.2f} to {chance[1][1]:.2f} (each in 95 of 100)")
 

@@ -283,7 +283,8 @@ def test_an_emulator_that_predicts_nothing_is_dropped_in_words(tmp_path):
 def test_the_runs_at_the_answer_scatter_as_runs_of_the_engine_do():
     # By the default accuracy too, whose float32 takes parameters for the same that differ in the eighth digit.
     from graincal import demo
-    from graincal.inference.posterior_filter import APART, REPLICATES
+    from graincal.inference.posterior_filter import REPLICATES
+    from graincal.inference.samples import APART
 
     packing, space = demo.packing(), gc.ParameterSpace.paper()
     theta = np.array(list(demo.TRUTH.values())) + APART * np.arange(REPLICATES)[:, None] * (space.high - space.low)
