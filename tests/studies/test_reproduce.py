@@ -3,6 +3,7 @@
 import csv
 import os
 import re
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -130,22 +131,33 @@ def test_what_lacks_a_file_is_skipped_beside_the_papers_numbers(tmp_path, call):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (["reproduce", "hartman2022", "-o", "x"], "did you mean hartmann2022"),
-        (["reproduce", "hartmann2022", "--study", "error", "-o", "x"], "did you mean errors"),
+        (["reproduce", "hartman2022", "-o", "x"], 'did you mean "hartmann2022"'),
+        (["reproduce", "hartmann2022", "--study", "error", "-o", "x"], 'did you mean "errors"'),
         (["reproduce", "hartmann2022", "--data", "nowhere", "-o", "x"], "--data nowhere: there is no such folder"),
     ],
 )
 def test_what_it_does_not_know_is_said(wrong, said, call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     ended = call(*wrong)
-    assert ended.code == 2 and said in ended.err.replace("\n", " ") and not (tmp_path / "x").exists()
+    assert ended.code == 1 and said in ended.err.replace("\n", " ") and not (tmp_path / "x").exists()
 
 
-def test_a_folder_of_other_settings_is_refused(made, data, tmp_path, call):
-    """The same work by another reference is other work: nothing is mixed, and nothing overwritten."""
+def test_work_of_other_data_or_another_size_is_refused(made, data, tmp_path, call):
+    """What is there never passes for what is asked for: nothing is mixed, and nothing overwritten."""
     folder, _ = made
+    before, page = tables(folder), (folder / "index.html").read_bytes()
     lines = (data / "synthetic_reference.csv").read_text().splitlines()
     (tmp_path / "synthetic_reference.csv").write_text("\n".join(lines[:-2]) + "\n")
-    before = evaluated(folder, PIECES[1])
-    ended = call(*arguments(tmp_path, folder))
-    assert ended.code == 0 and evaluated(folder, PIECES[1]) == before
+    other = call(*arguments(tmp_path, folder))
+    assert other.code == 1 and "was made with another file of this name" in other.err.replace("\n", " ") and "synthetic_reference.csv" in other.err
+    larger = call(*(each for each in arguments(data, folder) if each != "--quick"))
+    assert larger.code == 1 and "was made with --quick" in larger.err.replace("\n", " ")
+    assert tables(folder) == before and (folder / "index.html").read_bytes() == page
+
+
+def test_files_may_be_added(made, data, tmp_path, call):
+    folder, _ = made
+    shutil.copytree(folder, tmp_path / "study")
+    shutil.copytree(data, tmp_path / "data")
+    (tmp_path / "data" / "toyoura_0.2MPa.csv").write_text("axial_strain [%],stress_ratio [-]\n0,1\n")
+    assert call(*arguments(tmp_path / "data", tmp_path / "study")).code == 0

@@ -30,7 +30,7 @@ PRINTED = {
 def on_toyoura(setup: Setup, particles: int, seeds: Iterable[int]) -> Case:
     """The paper's method on Toyoura sand at 0.5 MPa, the stress ratio trusted four times as much."""
     make = lambda seed: setup.by_the_paper(setup.test(particles, PRESSURE, own=True), setup.toyoura(PRESSURE, STRESS_TRUSTED), seed=seed)  # noqa: E731
-    return calibrations(_named(setup, particles), f"toyoura-{particles}-stress-trusted-alpha-10", make, seeds, forecast.by_the_paper(setup, particles, "mid", 80, 12), setup.missing("toyoura_0.5MPa.csv", None))
+    return calibrations(_named(setup, particles), f"{_folder(setup, particles)}-stress-trusted-alpha-10", make, seeds, forecast.by_the_paper(setup, particles, "mid", 80, 12), setup.missing("toyoura_0.5MPa.csv", None))
 
 
 class Particles(Study):
@@ -54,7 +54,7 @@ class Particles(Study):
     def _posteriors(self, setup: Setup) -> dict[int, Case]:
         def case(particles: int) -> Case:
             make = lambda seed: setup.by_the_posterior(setup.test(particles, PRESSURE, own=True), setup.toyoura(PRESSURE, STRESS_TRUSTED), seed=seed)  # noqa: E731
-            return calibrations(f"{_named(setup, particles)}, posterior", f"toyoura-{particles}-stress-trusted-posterior", make, setup.long, forecast.by_the_posterior(setup, particles, "mid"), setup.missing("toyoura_0.5MPa.csv", None))
+            return calibrations(f"{_named(setup, particles)}, posterior", f"{_folder(setup, particles)}-stress-trusted-posterior", make, setup.long, forecast.by_the_posterior(setup, particles, "mid"), setup.missing("toyoura_0.5MPa.csv", None))
 
         return {particles: case(particles) for particles in PRINTED if particles <= MOST_BY_POSTERIOR}
 
@@ -77,6 +77,11 @@ class Particles(Study):
 def _named(setup: Setup, particles: int) -> str:
     own = "" if setup.has_packing(particles) and not setup.own_everywhere else ", own packing"
     return f"{particles} particles{own}"
+
+
+def _folder(setup: Setup, particles: int) -> str:
+    """Of work on a packing of so many grains: where the data folder comes to hold the paper's, it is other work."""
+    return f"toyoura-{particles}{'' if setup.has_packing(particles) else '-own'}"
 
 
 def _conclusions(found: Mapping[int, list[Fit]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:

@@ -10,6 +10,7 @@ from graincal.campaign import Listener
 from graincal.data import InputError
 from graincal.execution import number_of_workers
 from graincal.notation.numbers import duration
+from graincal.studies.made_with import check_made_with
 from graincal.studies.settings import Setup
 from graincal.studies.study import Case, Done, Study
 from graincal.studies.work import Work
@@ -55,7 +56,8 @@ class Reproduction:
         self._found: dict[str, str] = {}
 
     def run(self) -> None:
-        """To the end, the studies with the least left first. What cannot be calibrated is said, and the others go on."""
+        """To the end, the studies with the least left first. What cannot be calibrated is said, and the others go on. Raises InputError where the folder holds work of other data or another size."""
+        check_made_with(self.setup, self.done.folder)
         self._say_plan()
         for study in sorted(self.studies, key=lambda study: self._left(self.plan.of_study[study.name])):
             waiting = [each for each in self.plan.of_study[study.name] if not self.done.has(each)]
