@@ -106,7 +106,7 @@ def test_a_hopeless_run_is_stopped_on_its_way():
 def test_curves_of_a_cycle_are_drawn_over_the_logarithm_of_its_stress(folder, tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
-    from graincal.report.responses import control_axis, draw_responses
+    from graincal.report.responses import control_axis
     from graincal.report.emulated import Emulated
     from graincal.report.emulated_figures import draw_bands
 

@@ -18,7 +18,6 @@ from graincal.campaign.store import Store
 from graincal.cli.check import _describe, _expectation
 from graincal.inference.doubt import CENTRAL
 from graincal.inference.likely_runs import likely_runs
-from graincal.report import summarise
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 from .test_campaign import assert_same

@@ -74,7 +74,7 @@ def _recorded_panel(emulated: Emulated, number: int, name: str, at_answer: list[
 
 def draw_emulated_pairs(emulated: Emulated) -> Figure:
     """The posterior in pairs of parameters: histograms on the diagonal beside the prior, pairs below it, correlations above."""
-    result, space = emulated.result, emulated.result.space
+    space = emulated.result.space
     axes = [_axis(emulated, k, in_lines(shown.axis)) for k, shown in enumerate(parameters(space))]
     n = len(axes)
     title = f"The posterior, by {DRAWN} of its samples."

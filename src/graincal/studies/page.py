@@ -15,6 +15,7 @@ from graincal.studies.found import parameter_labels
 from graincal.studies.records import CANNOT_BE_TOLD, DOES_NOT_HOLD, HOLDS, Conclusion, Findings, Row, Table
 from graincal.studies.settings import ACCURACY, ITERATIVE, Setup
 from graincal.studies.study import Done, Study
+from graincal.studies.work import Work
 
 if TYPE_CHECKING:
     from graincal.studies.running import Plan
@@ -26,7 +27,7 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
     """The whole page."""
     page = Page(title, _subtitle(setup))
     page.heading("What came out")
-    page.table(_summary(found, setup))
+    page.table(_summary(found, setup, done, plan))
     page.paragraph(_method(setup), "note")
     for study, findings in found.items():
         page.heading(study.title)
@@ -76,12 +77,19 @@ def _ours(row: Row | None) -> str:
     return middle if len(row.ours) < 2 or row.low == row.high else f"{middle} ({numbers.between(row.low, row.high)})"
 
 
-def _summary(found: Mapping[Study, Findings], setup: Setup) -> Shown:
+def _summary(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan) -> Shown:
     rows = []
     for study, findings in found.items():
         verdicts = [_judged(each, setup)[0] for each in findings.conclusions]
-        rows.append((study.title, study.where, *(str(verdicts.count(word)) for word in (HOLDS, DOES_NOT_HOLD, CANNOT_BE_TOLD))))
-    return Shown(("study", "in the paper", "conclusions that hold", "that do not", "cannot be told"), tuple(rows), figures=2)
+        rows.append((study.title, study.where, *(str(verdicts.count(word)) for word in (HOLDS, DOES_NOT_HOLD, CANNOT_BE_TOLD)), *_cost(plan.of_study[study.name], done)))
+    rows.append(("all together, what several share counted once", "", "", "", "", *_cost(plan.all, done)))
+    return Shown(("study", "in the paper", "conclusions that hold", "that do not", "cannot be told", "runs", "core hours"), tuple(rows), figures=2)
+
+
+def _cost(work: Sequence[Work], done: Done) -> tuple[str, str]:
+    """The runs that were made so far, and the hours that they took, each on one core."""
+    made, seconds = np.sum([each.runs(done.folder_of(each)) for each in work], axis=0) if work else (0, 0.0)
+    return f"{int(made):,}".replace(",", "\u202f"), numbers.value(seconds / 3600, 2) if seconds else "–"
 
 
 def _judged(conclusion: Conclusion, setup: Setup) -> tuple[str, str]:

@@ -21,6 +21,7 @@ from graincal.inference.samples import replicates
 from graincal.models import TriaxialTest
 from graincal.studies.settings import OBSERVABLES, TEST
 
+
 class Work(ABC):
     """Something to run, which a folder under `name` holds: the same name is the same work, in whatever study. title: for people. size: about how much it is, in particle-steps."""
 
@@ -45,6 +46,14 @@ class Work(ABC):
             return 0.0
         with closing(Store.open(folder)) as store:
             return float(store.meta(SPENT) or 0)
+
+    def runs(self, folder: Path) -> tuple[int, float]:
+        """How many runs were made, and the seconds that they took, each on one core."""
+        if not holds_campaign(folder):
+            return 0, 0.0
+        with closing(Store.open(folder)) as store:
+            seconds = [seconds for _, _, attempts, seconds in store.runs() if attempts]
+        return len(seconds), float(sum(each or 0.0 for each in seconds))
 
 
 @dataclass(frozen=True, eq=False)

@@ -86,7 +86,7 @@ def _one_dimensional(case: Case) -> tuple[str, str]:
         return "oedometric", "the group CONS is of consolidation tests"
     if strain is None or case.state is not None and case.state.lateral is not None and case.state.axial is not None:
         return "", ""
-    if ratio is not None and (found := proof(strain.values, strain.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, strain.unit.symbol if strain.unit else None)):
+    if ratio is not None and proof(strain.values, strain.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, strain.unit.symbol if strain.unit else None):
         return "oedometric", f"the void ratio changes with {strain.label} as it does without lateral strain"
     if volumetric is not None and case.column("axial_stress") and np.nanmax(np.abs(strain.plain - volumetric.plain)) <= 2 * (strain.last_digit + volumetric.last_digit) < 0.1 * np.nanmax(np.abs(strain.plain)):
         return "oedometric", f"{volumetric.label} is {strain.label}: there is no lateral strain"
