@@ -118,6 +118,12 @@ class Figure:
         return tuple(first.values())
 
 
+def counting_axis(label: str, first: float, last: float, margin: float = 0.3) -> Axis:
+    """An axis of whole numbers, iterations or batches, from the first to the last, of which nine are labelled at most."""
+    every = max(1, int(last - first + 1) // 8)
+    return Axis(label, (first - margin, last + margin), ticks=tuple((float(number), f"{number:.0f}") for number in np.arange(first, last + 1, every)))
+
+
 def log_axis(label: str, values: Array, *, limits: tuple[float, float] | None = None) -> Axis:
     """A logarithmic axis for values that span decades, with ticks that can be read; a linear one otherwise."""
     positive = values[np.isfinite(values) & (values > 0)]

@@ -12,7 +12,7 @@ from graincal.data import Response
 from graincal.inference.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
-from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, log_axis
+from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
 from graincal.report.emulated import DRAWN, Emulated
 from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_parameter, truth_of_pair
 from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, RANGE, THRESHOLD, VERMILLION, Style
@@ -102,7 +102,7 @@ def draw_emulator(emulated: Emulated) -> Figure | None:
     )
     enough = result.stop.posterior_shift
     level = [Level(enough, THRESHOLD, "enough, or as it should be")] if enough else []
-    axis = Axis("batch", (-0.3, index[-1] + 0.3), ticks=tuple((float(i), f"{i:.0f}") for i in index[:: max(1, len(index) // 8)]))
+    axis = counting_axis("batch", 0.0, index[-1])
     panels = (
         Panel("Shift of the posterior", axis, log_axis("standard deviations", np.append(shift, enough or np.nan)), (*level, *_course(index, shift))),
         Panel("Held-out error", axis, log_axis("part of the spread [%]", 100 * held_out), _course(index, 100 * held_out)),

@@ -13,7 +13,7 @@ from graincal.campaign import Result
 from graincal.data import Failure, Response
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters
-from graincal.report.drawing import Axis, Bars, Figure, Panel, Points, log_axis
+from graincal.report.drawing import Axis, Bars, Figure, Panel, Points, counting_axis, log_axis
 from graincal.report.palette import BLUE, GREY, Style, distinct
 
 _SYMBOLS: tuple[Literal["circle", "diamond", "square"], ...] = ("circle", "diamond", "square")
@@ -126,9 +126,7 @@ def _counts(result: Result) -> Panel:
 
 
 def _by_iteration(result: Result) -> Axis:
-    every = max(1, len(result.iterations) // 8)
-    ticks = tuple((float(iteration.index), str(iteration.index)) for iteration in result.iterations[::every])
-    return Axis("batch" if result.has_posterior else "iteration", (-0.6, len(result.iterations) - 0.4), ticks=ticks)
+    return counting_axis("batch" if result.has_posterior else "iteration", 0, len(result.iterations) - 1, margin=0.6)
 
 
 def _rank_within(iteration: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from graincal.notation.numbers import count, percent, value
 from graincal.notation.quantities import parameters
 from graincal.report.answer import answer_of
 from graincal.report.close_fits import close_fits
-from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, log_axis
+from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
 from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
 
 _COLOURS = 12
@@ -78,7 +78,7 @@ def draw_convergence(result: Result) -> Figure | None:
         _course("Covariance coefficient", "s [-]", index, {"s": s}, stop.s),
         Panel(
             "Effective sample size",
-            _iteration_axis(index),
+            counting_axis("iteration", index[0], index[-1]),
             Axis("effective part [-]", (0, 1)),
             (Level(target, THRESHOLD), *_line(index, sizes, BLUE)),
         ),
@@ -125,14 +125,9 @@ def _course(title: str, label: str, index: Array, courses: dict[str, Array], thr
         values = np.append(values, threshold)
     for (name, values_of), colour in zip(courses.items(), (BLUE, VERMILLION)):
         marks += _line(index, values_of, colour, name if len(courses) > 1 else "")
-    return Panel(title, _iteration_axis(index), log_axis(label, values), tuple(marks))
+    return Panel(title, counting_axis("iteration", index[0], index[-1]), log_axis(label, values), tuple(marks))
 
 
 def _line(index: Array, values: Array, colour: str, name: str = "") -> tuple[Mark, Mark]:
     style = Style(colour, dash="dash" if colour == VERMILLION else "solid", symbol="diamond" if colour == VERMILLION else "circle", size=7)
     return Line(index, values, style, name), Points(index, values, style)
-
-
-def _iteration_axis(index: Array) -> Axis:
-    every = max(1, len(index) // 8)
-    return Axis("iteration", (index[0] - 0.3, index[-1] + 0.3), ticks=tuple((float(i), f"{i:.0f}") for i in index[::every]))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Reference, Response
 from graincal.notation.quantities import quantity
-from graincal.report.drawing import Axis, Figure, Line, Mark, Panel, Points
+from graincal.report.drawing import Axis, Figure, Line, Mark, Panel, Points, counting_axis
 from graincal.report.palette import REFERENCE, Style, distinct
 from graincal.studies.settings import OBSERVABLES
 
@@ -39,7 +39,12 @@ def difference(title: str, curves: Mapping[str, NDArray[np.float64]], strain: ND
 def over_iterations(name: str, title: str, caption: str, series: Mapping[str, Sequence[float]], label: str, limits: tuple[float, float] | None = None, log: bool = False) -> Figure:
     """Lines over the number of the iteration, from 0."""
     lines = tuple(Line(np.arange(len(values), dtype=float), np.asarray(values, dtype=float), distinct(number), each) for number, (each, values) in enumerate(series.items()))
-    return Figure(name, title, caption, (Panel("", Axis("iteration"), Axis(label, limits, log), lines),), columns=1)
+    return Figure(name, title, caption, (Panel("", iterations(series.values()), Axis(label, limits, log), lines),), columns=1)
+
+
+def iterations(series: Iterable[Sequence[float]]) -> Axis:
+    """The axis of the longest of some series, from iteration 0."""
+    return counting_axis("iteration", 0, max(1, *(len(values) - 1 for values in series)))
 
 
 def _strain_axis() -> Axis:

@@ -9,6 +9,7 @@ import numpy as np
 from graincal.report.drawing import Axis, Figure, Line, Panel
 from graincal.report.palette import distinct
 from graincal.studies.common import at_truth, proof
+from graincal.studies.curves import iterations
 from graincal.studies.found import ERROR, STRAIN, STRESS, Fit, fit_of, floor, rows
 from graincal.studies.records import Conclusion, Findings, Table, Values, at_most, smaller
 from graincal.studies.settings import BOTH, Setup
@@ -56,7 +57,7 @@ class Errors(Study):
 
 def _figure(along: list[Fit]) -> Figure:
     lines = tuple(Line(np.arange(len(along), dtype=float), np.array([each.errors[name] for each in along]), distinct(number), name.removesuffix(" [%]")) for number, name in enumerate((ERROR, STRESS, STRAIN)))
-    return Figure("figure-18", "Errors along the iterations", "Of the sample of the largest weight, the first seed.", (Panel("", Axis("iteration"), Axis("error [%]"), lines),), columns=1)
+    return Figure("figure-18", "Errors along the iterations", "Of the sample of the largest weight, the first seed.", (Panel("", iterations([along]), Axis("error [%]"), lines),), columns=1)
 
 
 def _conclusions(along: list[list[Fit]], gl_errors: list[list[float]], scatter: dict[str, float]) -> tuple[Conclusion, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,7 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
     page.table(_summary(found, setup, done, plan))
     page.paragraph(_method(setup), "note")
     for study, findings in found.items():
+        skipped = {case.setting for name, case in plan.skipped if name == study.name}
         page.heading(study.title)
         page.paragraph([f"{study.question} ({study.where}; graincal reproduce hartmann2022 --study {study.name})"])
         page.paragraph(_state(study, plan, done, failed), "note")
@@ -37,9 +38,9 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
             page.table(Shown(("the paper's conclusion", "by graincal", "why"), tuple((each.claim, *_judged(each, setup)) for each in findings.conclusions), figures=3))
         for table in findings.tables:
             page.subheading(table.heading)
-            page.table(beside(table))
+            page.table(beside(table, skipped))
             page.paragraph(table.notes, "note")
-        for number, figure in sorted(findings.figures.items()):
+        for figure in findings.numbered_figures.values():
             page.figure(figure)
         page.paragraph(findings.notes, "note")
     page.heading("Made with")
@@ -47,19 +48,24 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
     return page.render()
 
 
-def beside(table: Table) -> Shown:
-    """A table as the paper prints it, a column a quantity; of each setting the paper's row, and ours below it: the median over seeds, and their range where there are several."""
+def beside(table: Table, skipped: Collection[str] = ()) -> Shown:
+    """A table as the paper prints it, a column a quantity; of each setting the paper's row, and ours below it: the median over seeds, and their range where there are several. skipped: settings that lack a file."""
     quantities = tuple(dict.fromkeys(row.quantity for row in table.rows))
     labels = parameter_labels()
     rows = []
     for setting in dict.fromkeys(row.setting for row in table.rows):
         of_setting = [row for row in table.rows if row.setting == setting]
+        lines = []
         if any(row.paper is not None for row in of_setting):
             printed = {row.quantity: row.paper for row in of_setting if row.paper is not None}
-            rows.append((setting, PAPER, *(f"{printed[name]:g}" if name in printed else "–" for name in quantities)))
+            lines.append((PAPER, *(f"{printed[name]:.5g}" if name in printed else "–" for name in quantities)))
         for method in dict.fromkeys(row.method for row in of_setting):
             ours = {row.quantity: row for row in of_setting if row.method == method}
-            rows.append((setting, _by(method), *(_ours(ours.get(name)) for name in quantities)))
+            if any(row.ours for row in ours.values()):
+                lines.append((_by(method), *(_ours(ours.get(name)) for name in quantities)))
+            elif method in ("", ITERATIVE):
+                lines.append((f"graincal: {'skipped' if setting in skipped else 'not run'}", *("–" for _ in quantities)))
+        rows += [(labels.get(setting, setting) if number == 0 else "", *line) for number, line in enumerate(lines)]
     if floor := {row.quantity: row.floor for row in table.rows if row.floor is not None}:
         rows.append((FLOOR, "differ by", *(numbers.value(floor[name], 3) if name in floor else "–" for name in quantities)))
     return Shown(("setting", "", *(labels.get(name, name) for name in quantities)), tuple(rows), figures=2)
@@ -109,14 +115,14 @@ def _method(setup: Setup) -> Sequence[str]:
     return (
         f"Each calibration is made by the paper's method with its only criterion of stopping, s at most 0.01, and beside it by graincal's method \"posterior\". Grains' density is scaled by 1,000 at every "
         f"confining pressure, as in the paper. The engine's accuracy is \"{ACCURACY}\".",
-        f"A study that takes at most an hour a seed has {numbers.count(len(setup.short), 'seed')}, a longer one {numbers.count(len(setup.long), 'seed')}.",
+        f"Seeds of a calibration: {len(setup.short)} in studies that take at most an hour a seed, {len(setup.long)} in longer ones.",
         "A conclusion rests on a difference. Where runs at the same parameters differ by as much, or seeds spread as far, it cannot be told.",
     )
 
 
 def _state(study: Study, plan: Plan, done: Done, failed: Mapping[str, str]) -> list[str]:
     work = plan.of_study[study.name]
-    said = [f"Skipped: {case.setting}, for {case.missing}." for name, case in plan.skipped if name == study.name]
+    said = [f"Skipped, for {why}: {'; '.join(settings)}." for why, settings in plan.skipped_of(study.name).items()]
     said += [f"{each.title} could not be run: {failed[each.name]}" for each in work if each.name in failed]
     if waiting := [each for each in work if not done.has(each) and each.name not in failed]:
         said.append(f"{len(waiting)} of {len(work)} calibrations and series of runs are not made yet.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -90,6 +90,11 @@ class Findings:
     figures: Mapping[int, Figure] = field(default_factory=dict)
     conclusions: tuple[Conclusion, ...] = ()
     notes: tuple[str, ...] = ()
+
+    @property
+    def numbered_figures(self) -> dict[int, Figure]:
+        """In the order of their numbers, which are in their titles."""
+        return {number: replace(figure, title=f"Figure {number}: {figure.title}") for number, figure in sorted(self.figures.items())}
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,14 @@ class Plan:
             work[study.name] = tuple(dict.fromkeys(by_name.setdefault(each.name, each) for case in cases for each in (*case.after, *case.work)))
         return cls(work, tuple(skipped))
 
+    def skipped_of(self, study: str) -> dict[str, list[str]]:
+        """The settings that a study skips, by what they lack."""
+        found: dict[str, list[str]] = {}
+        for name, case in self.skipped:
+            if name == study:
+                found.setdefault(case.missing, []).append(case.setting)
+        return found
+
     @property
     def all(self) -> tuple[Work, ...]:
         """Each piece once."""
@@ -76,9 +84,9 @@ class Reproduction:
         return write(self.studies, self.setup, self.done, self.plan, self.folder, self.title, self._found)
 
     def _say_plan(self) -> None:
-        for name, case in self.plan.skipped:
-            self.say(f"{name}: skipped {case.setting}, {case.missing}")
         for study in self.studies:
+            for why, settings in self.plan.skipped_of(study.name).items():
+                self.say(f"{study.name}: skipped, for {why}: {'; '.join(settings)}")
             work = self.plan.of_study[study.name]
             waiting = [each for each in work if not self.done.has(each)]
             left = f"{len(waiting)} of {len(work)} to run, about {duration(self._left(work))}" if waiting else f"all {len(work)} run"

@@ -86,7 +86,7 @@ class Setup:
         """Which of the files that something needs the data folder lacks, in words; nothing where it has them all."""
         needed = [reference] + ([] if self.own_everywhere or particles is None else [_packing_file(particles)])
         absent = [name for name in needed if name and not (self.data / name).is_file()]
-        return f"{' and '.join(absent)} {'is' if len(absent) == 1 else 'are'} not in {self.data}" if absent else ""
+        return f"{' and '.join(absent)} {'is' if len(absent) == 1 else 'are'} not in the data folder" if absent else ""
 
     @property
     def own_everywhere(self) -> bool:
@@ -121,7 +121,7 @@ class Setup:
     def _file(self, name: str) -> Path:
         path = self.data / name
         if not path.is_file():
-            raise Missing(f"{name} is not in {self.data}")
+            raise Missing(f"{path}: there is no such file, and a study needs it.")
         return path
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from graincal.campaign import Result
 from graincal.report.drawing import Axis, Figure, Line, Panel
 from graincal.report.palette import distinct
+from graincal.studies.curves import iterations
 from graincal.studies.range_alpha import SETTINGS, Setting, cases_by_setting
 from graincal.studies.records import Conclusion, Findings, Row, Table, Values, all_of, smaller
 from graincal.studies.settings import Setup
@@ -78,7 +79,7 @@ def _costs(result: Result) -> _Costs:
 def _figure(found: Mapping[str, _Costs]) -> Figure:
     def panel(title: str, label: str, series: Mapping[str, NDArray[np.float64]]) -> Panel:
         lines = tuple(Line(np.arange(len(values[: SHOWN + 1]), dtype=float), values[: SHOWN + 1], distinct(number), name) for number, (name, values) in enumerate(series.items()))
-        return Panel(title, Axis("iteration"), Axis(label), lines)
+        return Panel(title, iterations(values[: SHOWN + 1] for values in series.values()), Axis(label), lines)
 
     panels = (
         panel("Longest evaluation", "time [h]", {name: each.longest for name, each in found.items()}),

@@ -32,7 +32,7 @@ def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder
         for findings in found.values():
             for table in findings.tables:
                 _write_table(folder / "tables" / table.file, table)
-            for number, figure in findings.figures.items():
+            for number, figure in findings.numbered_figures.items():
                 save(figure, folder / "figures" / f"figure-{number:02d}.png")
         (folder / PAGE).write_text(render(found, setup, done, plan, title, failed), encoding="utf-8")
     except OSError as error:
