@@ -30,7 +30,7 @@ from graincal.dem.siblings import siblings
 
 TRUTH = {"log_E": 8.8, "nu": 0.15, "phi": 30.0, "beta_m": 0.1, "eta_m": 0.4}
 PRESSURE = 0.2e6
-STRAIN = np.arange(0.0, 0.2501, 0.01)
+STRAIN = np.arange(0.0, 0.1101, 0.005)
 SIBLING = 101
 """The seed of the packing that the curve at 0.2 MPa is of."""
 
