@@ -72,9 +72,8 @@ def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name
 
 def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = (), points: ArrayLike | None = None) -> Path:
     """Make a library of runs for calibrations like this one: that fill its ranges, or at points of somebody's own (N, n)."""
-    # A library has no method, and no end but its runs.
     folder = Path(folder)
-    calibration = replace(calibration, method=POSTERIOR, filter_options={}, stop=Stop(), first_look=None, look=None, known=None).check()
+    calibration = for_library(calibration).check()
     if points is not None and runs is not None:
         raise InputError("explore: runs and points are both given, and one of them was expected.")
     if points is not None:
@@ -86,7 +85,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
             raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
     if is_library(folder):
         with closing(Store.open(folder)) as store:
-            if not store.keeps(calibration) or store.meta(LIBRARY) != str(count) or not _same_points(_points(store), points):
+            if not store.keeps(calibration) or store.meta(LIBRARY) != str(count) or not _same_points(points_of(store), points):
                 raise InputError(f"{folder}: this folder holds another library, and a new one needs a folder of its own.")
         return go_on_filling(folder, [each.model for each in calibration.experiments], calibration.workers, listeners)
     _refuse_occupied(folder)
@@ -98,6 +97,11 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
         # Once more under the lock: another process may have begun here.
         _refuse_occupied(folder)
         return _fill(calibration, Store.create(calibration, folder, library=count, points=points), (*listeners, log))
+
+
+def for_library(calibration: Calibration) -> Calibration:
+    """A calibration as a library of its runs is asked for: without a method, and with no end but its runs."""
+    return replace(calibration, method=POSTERIOR, filter_options={}, stop=Stop(), first_look=None, look=None, known=None)
 
 
 def _refuse_occupied(folder: Path) -> None:
@@ -130,7 +134,7 @@ def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener])
     count, space = int(store.meta(LIBRARY)), calibration.space
     for listener in listeners:
         listener.begins(calibration)
-    points = _points(store)
+    points = points_of(store)
     theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0])) if points is None else points
     samples = Samples(np.arange(count, dtype=np.int64), theta, space.names)
     store.ask(0, samples, len(calibration.experiments))
@@ -140,7 +144,7 @@ def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener])
     return store.folder
 
 
-def _points(store: Store) -> NDArray[np.float64] | None:
+def points_of(store: Store) -> NDArray[np.float64] | None:
     """The parameters that somebody chose for a library's runs, (N, n); None where they fill the ranges."""
     text = store.meta(POINTS)
     return None if text is None else np.array(json.loads(text), dtype=np.float64)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import math
 import os
-import time
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -13,14 +12,12 @@ from pathlib import Path
 from graincal.campaign.calibration import Calibration, round_of
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
+from graincal.campaign.lock import locked
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response
 from graincal.inference import Iteration
 
 NAME = "log.txt"
-
-_PATIENCE = 1.0
-"""Seconds to wait for a lock: a reader that looks whether it is held holds it for an instant itself."""
 
 
 class Log(Listener):
@@ -36,7 +33,7 @@ class Log(Listener):
             self._file = open(self.path, "a", encoding="utf-8")
         except OSError as error:
             raise FolderError.of(self.path, error) from error
-        if not self._lock():
+        if not locked(self._file):
             self._file.close()
             raise InputError(f"{folder}: another process is running this campaign; `graincal status {folder}` says how far it is.")
 
@@ -78,20 +75,6 @@ class Log(Listener):
         # What could not be written has been said when it was written.
         with suppress(OSError):
             self._file.close()
-
-    def _lock(self) -> bool:
-        deadline = time.monotonic() + _PATIENCE
-        while True:
-            try:
-                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                return True
-            except BlockingIOError:
-                if time.monotonic() > deadline:
-                    return False
-                time.sleep(0.05)
-            except OSError:
-                # A file system that knows no locks: the database's own still keep two writers from mixing their pages.
-                return True
 
 
 def describe_iteration(iteration: Iteration, learnt: Learnt | None) -> str:

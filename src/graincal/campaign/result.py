@@ -286,6 +286,11 @@ class Result:
         failed or been stopped in another."""
         return self._store.outcome(sample, self.number(experiment))
 
+    def detail(self, name: str, experiment: int | str = 0) -> NDArray[np.float64]:
+        """A detail of the evaluations in an experiment, (N,), such as "steps"; NaN where it is not known, as of many failures."""
+        known = self._store.detail(name, self.number(experiment))
+        return np.array([np.nan if (value := known.get(int(id))) is None else value for id in self.ids], dtype=np.float64)
+
     def states(self, experiment: int | str = 0) -> NDArray[np.float64]:
         """The control values (S,) of the states that the model of an experiment comes to, those of its longest response; none where there is no response."""
         number, longest = self.number(experiment), np.empty(0)

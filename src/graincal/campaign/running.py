@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -101,6 +101,24 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
         # Once more under the lock: another process may have begun here.
         _refuse_occupied(folder, calibration)
         return _run(calibration, Store.create(calibration, folder, accepted=accepted), log, listeners)
+
+
+def begin_or_resume(
+    folder: str | Path,
+    asked: Callable[[], Calibration],
+    runs: Sequence[str | Path] = (),
+    listeners: Sequence[Listener] = (),
+    workers: int | Literal["all"] | None = None,
+) -> Result:
+    """A campaign to its end: begun where its folder holds none, and gone on with where it does.
+
+    asked: called where it is begun. runs: folders of campaigns and libraries that it then learns from (`known_runs`). workers: of one that is gone on with, by default those of its beginning.
+    Whether a folder's campaign is the one that is asked for is not compared. Raises InputError as `begin` and `resume`.
+    """
+    if holds_campaign(Path(folder)):
+        return resume(folder, workers=workers, listeners=listeners)
+    calibration = asked()
+    return begin(replace(calibration, known=known_runs(runs, calibration)) if runs else calibration, folder, listeners)
 
 
 def resume(

@@ -157,9 +157,9 @@ class Store:
         return KnownRuns(arrays["theta"], responses, arrays["infeasible"], arrays["missing"], tuple(self.description["known"]["sources"]))
 
     def keeps(self, calibration: Calibration) -> bool:
-        """Whether this is the store of a calibration; only the workers and the truth may differ, and a look that has been taken since."""
+        """Whether this is the store of a calibration; only the workers and the truth may differ, a look that has been taken since, and where the folders of runs that were known before are now."""
         kept = {key: value for key, value in self.description.items() if key != "first_look" or calibration.look is None}
-        return as_stored(describe(calibration)) == kept
+        return _without_sources(as_stored(describe(calibration))) == _without_sources(kept)
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -285,6 +285,10 @@ class Store:
     def runs(self) -> list[tuple[int, int, int, float | None]]:
         """(sample, experiment, attempts, seconds) of every evaluation asked for; seconds are None where they are not known."""
         return self._rows("SELECT sample, experiment, attempts, seconds FROM evaluation ORDER BY sample, experiment")
+
+    def detail(self, name: str, experiment: int) -> dict[int, float | None]:
+        """A detail of the evaluations in an experiment, by sample, such as "steps"; None where it is not known."""
+        return dict(self._rows("SELECT sample, json_extract(details, '$.' || ?) FROM evaluation WHERE experiment = ?", name, experiment))
 
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
@@ -449,6 +453,13 @@ def _connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
 def _as_json(data: Mapping[str, Any]) -> str:
     # What is no plain number is NumPy's.
     return json.dumps(dict(data), default=lambda number: number.item())
+
+
+def _without_sources(description: dict[str, Any]) -> dict[str, Any]:
+    """A description without what is said of the runs that were known before, which are known by their numbers."""
+    if "known" not in description:
+        return description
+    return description | {"known": {key: value for key, value in description["known"].items() if key != "sources"}}
 
 
 def as_stored(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -25,9 +25,9 @@ def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="A rehearsal on a packing of 200 spheres, with few samples: minutes, and no number that compares with the paper's.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Repeat the studies of a publication, and set what comes out beside what it printed.
+    """Repeat the studies of a publication, and show the results beside the printed ones.
 
-    The page of results is DIR/index.html. Ctrl-C stops it, and the same command goes on with it. What lacks a file in the data folder is skipped, and said.
+    The page of results is DIR/index.html. Ctrl-C stops it, and the same command goes on with it. Whatever needs a file that the data folder lacks is skipped, and the page says so.
     """
     import sys
 
@@ -61,3 +61,5 @@ def reproduce(
         typer.echo(f"Stopped. All that was finished is stored; the same command goes on with it, in {shlex.quote(str(output))}.", err=True)
         raise
     console.print(f"Written: {output / 'index.html'}", soft_wrap=True)
+    if reproduction.broken:
+        raise typer.Exit(1)

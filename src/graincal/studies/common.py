@@ -7,27 +7,40 @@ from dataclasses import replace
 
 from graincal.campaign import Calibration
 from graincal.studies import forecast, paper
-from graincal.studies.settings import Setup, space
+from graincal.studies.floors import floor
+from graincal.studies.settings import BOTH, Setup, space
 from graincal.studies.study import Case, Done, calibrations
-from graincal.studies.work import Running
+from graincal.studies.work import Running, Work
 
 SYNTHETIC_PARTICLES, PRESSURE = 2000, 0.5e6
 
 
-def on_synthetic(setup: Setup, box: str, samples: int, seeds: Iterable[int], iterations: int = forecast.ITERATIONS, most_iterations: int = paper.MOST_ITERATIONS, recorded: tuple[str, ...] = ()) -> Case:
+def on_synthetic(
+    setup: Setup,
+    box: str,
+    samples: int,
+    seeds: Iterable[int],
+    iterations: int = forecast.ITERATIONS,
+    most_iterations: int = paper.MOST_ITERATIONS,
+    recorded: tuple[str, ...] = (),
+) -> Case:
     """The paper's method on the synthetic reference."""
 
-    def make(seed: int):
-        reference = setup.synthetic(recorded)
-        return setup.by_the_paper(setup.test(SYNTHETIC_PARTICLES, PRESSURE), reference, seed=seed, samples=samples, box=box, most_iterations=most_iterations)
+    def make(seed: int) -> Calibration:
+        test, reference = setup.test(SYNTHETIC_PARTICLES, PRESSURE), setup.synthetic(recorded)
+        return setup.by_the_paper(test, reference, seed=seed, samples=samples, box=box, most_iterations=most_iterations)
 
-    alpha = round(samples / 8.05)
-    only = "-stress-only" if recorded else ""
-    return calibrations(f"{box}, α = {alpha}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, forecast.by_the_paper(setup, SYNTHETIC_PARTICLES, box, samples, iterations), needs_synthetic(setup))
+    alpha, only = round(samples / 8.05), "-stress-only" if recorded else ""
+    size = forecast.by_the_paper(setup, SYNTHETIC_PARTICLES, box, samples, iterations)
+    said = ", stress only" if recorded else ""
+    return calibrations(f"{box}, α = {alpha}{said}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, size, needs_synthetic(setup))
 
 
 def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
-    """The method "posterior" on the synthetic reference, a run on the packing itself. Any but that of both observables and the mid range learns from the runs of that one's first seed, for they are of the same model."""
+    """The method "posterior" on the synthetic reference, a run on the packing itself.
+
+    Any but that of both observables and the mid range learns from the runs of that one's first seed, for they are of the same model.
+    """
 
     def make(seed: int) -> Calibration:
         reference = setup.synthetic(recorded)
@@ -35,11 +48,12 @@ def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterabl
 
     only, alone = "-stress-only" if recorded else "", box == "mid" and not recorded
     size = forecast.by_the_posterior(setup, SYNTHETIC_PARTICLES, box, with_runs=not alone)
-    case = calibrations(f"{box}, posterior", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, size, needs_synthetic(setup))
+    said = ", stress only" if recorded else ""
+    case = calibrations(f"{box}, posterior{said}", f"synthetic-{box.replace(' ', '-')}-posterior{only}", make, seeds, size, needs_synthetic(setup))
     if case.missing or alone:
         return case
     first = on_synthetic_by_posterior(setup, done, "mid", [1]).work[0]
-    return Case(case.setting, tuple(replace(each, runs_of=done.folder_of(first)) for each in case.work), after=(first,))
+    return replace(case, work=tuple(replace(each, runs_of=done.folder_of(first)) for each in case.work), after=(first,))
 
 
 def needs_synthetic(setup: Setup) -> str:
@@ -51,20 +65,40 @@ def runs_at(
     setup: Setup,
     setting: str,
     name: str,
-    theta: Sequence[tuple[float, ...]] | Callable[[], Sequence[Sequence[float]]],
+    theta: Sequence[tuple[float, ...]],
     *,
-    count: int | None = None,
     particles: int = SYNTHETIC_PARTICLES,
     pressure: float = PRESSURE,
-    times: int | None = None,
     own: bool = False,
 ) -> Case:
-    """Plain runs at parameters, or at those that are known once other work was run; `count` says then how many."""
+    """Repeated runs at parameters. own: on a packing that graincal prepares where the data folder has none."""
     if missing := setup.missing(None, None if own else particles):
         return Case(setting, missing=missing)
-    called, number, each = (theta, count, times) if callable(theta) else (lambda: theta, len(theta), times)
-    each = each or setup.size.repeats
-    return Case(setting, (Running(name, setting, forecast.runs(setup, particles, number * each), lambda: setup.test(particles, pressure, own), called, each, space("extra wide")),))
+    return Case(setting, (_running(setup, setting, name, lambda: theta, len(theta), setup.size.repeats, particles, pressure, own),))
+
+
+def runs_after(
+    setup: Setup,
+    setting: str,
+    name: str,
+    theta: Callable[[], Sequence[Sequence[float]]],
+    count: int,
+    after: Case,
+    *,
+    pressure: float = PRESSURE,
+) -> Case:
+    """A run at each of so many parameters that are known once another case is at its end."""
+    if after.missing:
+        return Case(setting, missing=after.missing)
+    work = _running(setup, setting, name, theta, count, 1, SYNTHETIC_PARTICLES, pressure, False)
+    return Case(setting, (work,), after=after.work)
+
+
+def _running(
+    setup: Setup, setting: str, name: str, theta: Callable[[], Sequence[Sequence[float]]], count: int, times: int, particles: int, pressure: float, own: bool
+) -> Work:
+    size = forecast.runs(setup, particles, count * times)
+    return Running(name, setting, size, lambda: setup.test(particles, pressure, own), theta, times, space("extra wide"), workers=setup.workers)
 
 
 def at_truth(setup: Setup) -> Case:
@@ -72,6 +106,26 @@ def at_truth(setup: Setup) -> Case:
     return runs_at(setup, "runs at the exact parameters", "runs-at-truth", [paper.TRUTH])
 
 
+def floor_on_synthetic(setup: Setup, done: Done) -> dict[str, float]:
+    """What runs at the exact parameters differ by at the states of the synthetic reference, percent; nothing where it is not known."""
+    if needs_synthetic(setup):
+        return {}
+    return floor(done.repeats(at_truth(setup)), setup.synthetic().control, BOTH)
+
+
+def at_toyoura(setup: Setup, particles: int, pressure: float = PRESSURE) -> Case:
+    """Runs at what the paper calibrated on Toyoura sand at 0.5 MPa: by what they differ is the floor of studies on that sand, with so many particles and at this pressure in Pa."""
+    elsewhere = "" if pressure == PRESSURE else f"-{pressure / 1e6:g}MPa"
+    own = "" if setup.has_packing(particles) else "-own"
+    setting = f"runs of {particles} particles at the paper's calibrated parameters and {pressure / 1e6:g} MPa"
+    return runs_at(setup, setting, f"runs-at-toyoura-{particles}{own}{elsewhere}", [paper.TOYOURA], particles=particles, pressure=pressure, own=True)
+
+
 def proof(setup: Setup) -> Case:
     """The calibrations of the proof of concept, which other studies begin from."""
     return on_synthetic(setup, "mid", 80, setup.short)
+
+
+def proof_by_posterior(setup: Setup, done: Done) -> Case:
+    """The same by the method "posterior"."""
+    return on_synthetic_by_posterior(setup, done, "mid", setup.short)

@@ -10,36 +10,35 @@ from numpy.typing import NDArray
 from graincal.data import Reference, Response
 from graincal.notation.quantities import quantity
 from graincal.report.drawing import Axis, Figure, Line, Mark, Panel, Points, counting_axis
-from graincal.report.palette import REFERENCE, Style, distinct
+from graincal.report.palette import REFERENCE, distinct
 from graincal.studies.settings import OBSERVABLES
 
 
-def over_strain(name: str, title: str, caption: str, curves: Mapping[str, Response], reference: Reference | None = None, columns: Sequence[str] = OBSERVABLES, styles: Mapping[str, Style] | None = None, dots: str = "reference") -> Figure:
-    """A panel for each quantity, with a curve of each response by its name and the reference's points."""
-    styles = styles or {each: distinct(number) for number, each in enumerate(curves)}
-    panels = tuple(Panel(quantity(column).title, _strain_axis(), Axis(quantity(column).axis), tuple(_marks(column, curves, reference, styles, dots))) for column in columns)
+def over_strain(name: str, title: str, caption: str, curves: Mapping[str, Response], references: Mapping[str, Reference] | None = None) -> Figure:
+    """A panel for each observable, with a curve of each response and points of each reference, by their names."""
+    panels = tuple(Panel(quantity(column).title, _strain_axis(), Axis(quantity(column).axis), tuple(_marks(column, curves, references or {}))) for column in OBSERVABLES)
     return Figure(name, title, caption, panels, columns=2)
 
 
-def _marks(column: str, curves: Mapping[str, Response], reference: Reference | None, styles: Mapping[str, Style], dots: str) -> list[Mark]:
+def _marks(column: str, curves: Mapping[str, Response], references: Mapping[str, Reference]) -> list[Mark]:
     scale = quantity(column).scale
-    marks: list[Mark] = []
-    measured = {} if reference is None else reference.measured
-    if column in measured:
-        marks.append(Points(100 * reference.control, scale * measured[column], REFERENCE, dots))
-    return marks + [Line(100 * run.control, scale * run.values[column], styles[name], name) for name, run in curves.items()]
+    points = [Points(100 * each.control, scale * each.measured[column], REFERENCE, name) for name, each in references.items() if column in each.measured]
+    lines = [Line(100 * run.control, scale * run.values[column], distinct(number), name) for number, (name, run) in enumerate(curves.items())]
+    return points + lines
 
 
 def difference(title: str, curves: Mapping[str, NDArray[np.float64]], strain: NDArray[np.float64], column: str) -> Panel:
     """A panel of what curves (S,) of a quantity differ from another by, over axial strain (S,)."""
-    lines = tuple(Line(100 * strain, quantity(column).scale * curve, distinct(number), label) for number, (label, curve) in enumerate(curves.items()))
+    scale = quantity(column).scale
+    lines = tuple(Line(100 * strain, scale * curve, distinct(number), label) for number, (label, curve) in enumerate(curves.items()))
     return Panel(title, _strain_axis(), Axis(f"Δ {quantity(column).axis}"), lines)
 
 
-def over_iterations(name: str, title: str, caption: str, series: Mapping[str, Sequence[float]], label: str, limits: tuple[float, float] | None = None, log: bool = False) -> Figure:
+def over_iterations(name: str, title: str, caption: str, series: Mapping[str, Sequence[float]], label: str) -> Figure:
     """Lines over the number of the iteration, from 0."""
-    lines = tuple(Line(np.arange(len(values), dtype=float), np.asarray(values, dtype=float), distinct(number), each) for number, (each, values) in enumerate(series.items()))
-    return Figure(name, title, caption, (Panel("", iterations(series.values()), Axis(label, limits, log), lines),), columns=1)
+    numbered = ((number, each, np.asarray(values, dtype=float)) for number, (each, values) in enumerate(series.items()))
+    lines = tuple(Line(np.arange(len(values), dtype=float), values, distinct(number), each) for number, each, values in numbered)
+    return Figure(name, title, caption, (Panel("", iterations(series.values()), Axis(label), lines),), columns=1)
 
 
 def iterations(series: Iterable[Sequence[float]]) -> Axis:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from graincal.campaign import Result
+from graincal.data import Reference
 from graincal.report.drawing import Axis, Figure, Panel, Points
 from graincal.report.palette import GREEN, ORANGE, VERMILLION, Style
 from graincal.studies import paper
-from graincal.studies.common import at_truth, on_synthetic, on_synthetic_by_posterior, proof
+from graincal.studies.common import at_truth, floor_on_synthetic, on_synthetic, on_synthetic_by_posterior, proof
 from graincal.studies.curves import over_iterations, over_strain
-from graincal.studies.found import ERROR, STRAIN, STRESS, Fit, fits, floor, rows
-from graincal.studies.records import Conclusion, Findings, Judgement, Row, Table, Values, all_of, at_most, smaller
-from graincal.studies.settings import BOTH, POSTERIOR, Setup
+from graincal.studies.floors import ERROR
+from graincal.studies.found import ITERATIONS, QUANTITIES, Fit, cut, fits, rows, values
+from graincal.studies.judging import CANNOT_BE_TOLD, DOES_NOT_HOLD, HOLDS, Elsewhere, Judgement, Values, all_of, at_least, at_most, smaller, spread_at
+from graincal.studies.records import Conclusion, Findings, Row, Table, conclusions
+from graincal.studies.settings import POSTERIOR, Setup
 from graincal.studies.study import Case, Done, Study
 
 CUT = 20
@@ -23,13 +27,14 @@ CUT = 20
 
 @dataclass(frozen=True)
 class Setting:
-    """One calibration of the paper: its range of log E, α, the samples of an iteration, about how many iterations it takes, and what was printed of it."""
+    """One calibration of the paper: its range of log E, α, the samples of an iteration, about how many iterations it takes, what was printed of it, and the last iteration where that was."""
 
     box: str
     alpha: int
     samples: int
     iterations: int
     printed: tuple[float, ...]
+    last: int | None = None
 
     @property
     def name(self) -> str:
@@ -37,7 +42,8 @@ class Setting:
 
     @property
     def numbers(self) -> dict[str, float]:
-        return dict(zip((*paper.PARAMETERS, STRESS, STRAIN, ERROR), self.printed))
+        """What was printed, by quantity."""
+        return dict(zip(QUANTITIES, self.printed)) | ({} if self.last is None else {ITERATIONS: float(self.last)})
 
     @property
     def width(self) -> float:
@@ -52,19 +58,22 @@ class Setting:
 SETTINGS = (
     Setting("small", 5, 40, 10, (8.950, 0.063, 26.937, 0.466, 0.217, 1.45, 6.80, 4.13)),
     Setting("mid", 5, 40, 12, (8.805, 0.184, 26.406, 0.112, 0.554, 1.76, 2.88, 2.32)),
-    Setting("wide", 5, 40, CUT, (9.090, 0.381, 22.721, 0.068, 0.432, 4.19, 8.52, 6.36)),
+    Setting("wide", 5, 40, CUT, (9.090, 0.381, 22.721, 0.068, 0.432, 4.19, 8.52, 6.36), 100),
     Setting("small", 10, 80, 10, (8.785, 0.122, 27.285, 0.222, 0.236, 1.08, 2.18, 1.63)),
-    Setting("mid", 10, 80, 11, (8.733, 0.186, 28.530, 0.095, 0.797, 1.06, 1.20, 1.13)),
+    Setting("mid", 10, 80, 11, (8.733, 0.186, 28.530, 0.095, 0.797, 1.06, 1.20, 1.13), 10),
     Setting("wide", 10, 80, 10, (8.736, 0.300, 26.625, 0.078, 0.767, 2.71, 2.55, 2.63)),
     Setting("small", 20, 160, 10, (8.778, 0.107, 26.736, 0.741, 0.175, 1.82, 1.94, 1.88)),
     Setting("mid", 20, 160, 12, (8.706, 0.286, 27.928, 0.069, 0.493, 1.44, 1.33, 1.38)),
     Setting("wide", 20, 160, 10, (8.715, 0.198, 27.635, 0.115, 0.260, 0.95, 1.61, 1.28)),
-    Setting("extra wide", 20, 160, CUT, (9.219, 0.037, 24.365, 0.637, 0.520, 3.03, 14.01, 8.52)),
+    Setting("extra wide", 20, 160, CUT, (9.219, 0.037, 24.365, 0.637, 0.520, 3.03, 14.01, 8.52), 100),
     Setting("extra wide", 30, 241, 12, (8.738, 0.169, 27.129, 0.174, 0.233, 1.15, 1.41, 1.28)),
 )
 
 OPTIMAL, SUB_OPTIMAL = 2.0, 5.0
 """The limits of the paper's grades, percent of ε."""
+
+SEVERAL = "mid, α = 10"
+"""The setting that has several seeds."""
 
 
 def cases_by_setting(setup: Setup) -> dict[Setting, Case]:
@@ -82,76 +91,70 @@ class RangeAlpha(Study):
     question = "How many samples does an iteration need, for how wide a range of log E?"
 
     def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
-        return [at_truth(setup), *cases_by_setting(setup).values(), *self._posteriors(setup, done).values()]
-
-    def _posteriors(self, setup: Setup, done: Done) -> dict[str, Case]:
-        return {box: on_synthetic_by_posterior(setup, done, box, setup.short if box == "mid" else setup.long) for box in paper.BOXES}
+        return [at_truth(setup), *cases_by_setting(setup).values(), *posteriors_by_box(setup, done).values()]
 
     def findings(self, setup: Setup, done: Done) -> Findings:
         cases = cases_by_setting(setup)
-        lacking = any(case.missing for case in cases.values())
-        reference = None if lacking else setup.synthetic()
-        scatter = floor(done.repeats(at_truth(setup)), reference.control, BOTH) if reference else {}
+        missing = next((case.missing for case in cases.values() if case.missing), "")
+        scatter = floor_on_synthetic(setup, done)
         results = {setting: done.results(case) for setting, case in cases.items()}
         found = {setting: fits(many) for setting, many in results.items()}
-        posteriors = {box: fits(done.results(case)) for box, case in self._posteriors(setup, done).items()}
-        return Findings(
-            self._tables(found, posteriors, scatter),
-            self._figures(results, found, reference),
-            self._conclusions(found, scatter),
-            (f"The paper's calibrations of the wide range with α = 5 and of the extra wide one with α = 20 did not end by s; these are cut at {CUT} iterations.",),
+        posteriors = {box: fits(done.results(case)) for box, case in posteriors_by_box(setup, done).items()}
+        notes = (
+            "The paper's calibrations of the wide range with α = 5 and of the extra wide one with α = 20 did not end by s, and were stopped after iteration 100; "
+            f"ours have {CUT} iterations at most. Where s ended one of ours before, the table does not say that it was cut.",
         )
+        figures = _figures(results, found, None if missing else setup.synthetic())
+        return Findings(_tables(found, posteriors, scatter, missing), figures, _conclusions(found, scatter), notes)
 
-    def _tables(self, found: Mapping[Setting, list[Fit]], posteriors: Mapping[str, list[Fit]], scatter: Mapping[str, float]) -> tuple[Table, ...]:
-        ranges = tuple(Row(box, f"log E {end}", float(value), (float(value),)) for box, limits in paper.BOXES.items() for end, value in zip(("from", "to"), limits))
 
-        def table(number: int, title: str, extra: bool) -> Table:
-            lines = [row for setting, many in found.items() if (setting.box == "extra wide") == extra for row in rows(setting.name, setting.numbers, many, scatter)]
-            lines += [row for box, many in posteriors.items() if (box == "extra wide") == extra for row in rows(box, {}, many, scatter, method=POSTERIOR)]
-            return Table(number, title, tuple(lines))
+def posteriors_by_box(setup: Setup, done: Done) -> dict[str, Case]:
+    """The method "posterior" for each range of log E."""
+    return {box: on_synthetic_by_posterior(setup, done, box, setup.short if box == "mid" else setup.long) for box in paper.BOXES}
 
-        return (
-            Table(7, "Ranges of log E", ranges),
-            table(8, "Three ranges and three numbers of samples", False),
-            table(9, "The extra wide range", True),
-        )
 
-    def _figures(self, results, found, reference) -> dict[int, Figure]:
-        figures, first = {}, {setting.name: many[0] for setting, many in results.items() if many}
-        usual = {name: [each.gl_error for each in result.iterations] for name, result in first.items() if not name.startswith("extra")}
-        if usual:
-            figures[11] = over_iterations("figure-11", "GL error over iterations", "Eq. 7, the first seed of each setting of Table 8.", usual, "ε_{GL} [%]")
-        for number, extra, what in ((12, False, "Table 8"), (13, True, "Table 9")):
-            curves = {setting.name: many[0].response for setting, many in found.items() if many and (setting.box == "extra wide") == extra}
-            if curves:
-                figures[number] = over_strain(f"figure-{number}", f"Calibrated curves of {what}", "The first seed of each setting, and the synthetic reference.", curves, reference, dots="synthetic reference")
-        if any(found.values()):
-            figures[17] = self._grades(found)
-        return figures
+def _tables(found: Mapping[Setting, list[Fit]], posteriors: Mapping[str, list[Fit]], scatter: Mapping[str, float], missing: str) -> tuple[Table, ...]:
+    ranges = tuple(Row(box, f"log E {end}", float(value), (float(value),)) for box, limits in paper.BOXES.items() for end, value in zip(("from", "to"), limits))
 
-    def _grades(self, found: Mapping[Setting, list[Fit]]) -> Figure:
-        """Figure 17: which settings end in a good fit."""
-        groups: dict[str, list[tuple[float, float]]] = {}
+    def table(number: int, title: str, extra: bool) -> Table:
+        lines = []
         for setting, many in found.items():
-            if many:
-                groups.setdefault(grade(float(np.median([each.errors[ERROR] for each in many]))), []).append((setting.width, setting.alpha))
-        marks = [Points(*np.array(groups[word]).T, _GRADES[word][0], f"{word}: {_GRADES[word][1]}") for word in _GRADES if word in groups]
-        panel = Panel("", Axis("width of the range of log E [log_{10} Pa]", (0, 10)), Axis("α", (0, 35)), tuple(marks))
-        return Figure("figure-17", "Which settings end in a good fit", "The median over seeds of the error ε of the calibrated parameters.", (panel,), columns=1)
+            if (setting.box == "extra wide") == extra:
+                lines += rows(setting.name, setting.numbers, many, scatter, (*QUANTITIES, ITERATIONS), missing=missing)
+        lines += [row for box, many in posteriors.items() if (box == "extra wide") == extra for row in rows(box, {}, many, scatter, method=POSTERIOR)]
+        return Table(number, title, tuple(lines))
 
-    def _conclusions(self, found: Mapping[Setting, list[Fit]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:
-        def error(box: str, alpha: int) -> Values:
-            (many,) = [many for setting, many in found.items() if (setting.box, setting.alpha) == (box, alpha)]
-            return Values.of(f"ε with {box}, α = {alpha}", [each.errors[ERROR] for each in many], scatter.get(ERROR))
+    return (
+        Table(7, "Ranges of log E", ranges),
+        table(8, "Three ranges and three numbers of samples", False),
+        table(9, "The extra wide range", True),
+    )
 
-        claims = {
-            "With α = 5 no range ends in an optimal fit: ε is above 2 %.": all_of([_above(error(box, 5), OPTIMAL) for box in ("small", "mid", "wide")]),
-            "α = 10 is enough for ranges of up to four decades: ε is below 2 %.": all_of([at_most(error(box, 10), OPTIMAL) for box in ("small", "mid")]),
-            "The wide range needs α = 20: with α = 10 ε is larger.": smaller(error("wide", 20), error("wide", 10)),
-            "The extra wide range needs α = 30: with α = 20 ε is larger.": smaller(error("extra wide", 30), error("extra wide", 20)),
-            "The small range ends worse than the mid one, with the same α.": all_of([smaller(error("mid", alpha), error("small", alpha)) for alpha in (5, 10, 20)]),
-        }
-        return tuple(Conclusion(claim, judgement) for claim, judgement in claims.items())
+
+def _figures(results: Mapping[Setting, list[Result]], found: Mapping[Setting, list[Fit]], reference: Reference | None) -> dict[int, Figure]:
+    figures, first = {}, {setting.name: many[0] for setting, many in results.items() if many}
+    usual = {name: [each.gl_error for each in result.iterations] for name, result in first.items() if not name.startswith("extra")}
+    if usual:
+        figures[11] = over_iterations("figure-11", "GL error over iterations", "Eq. 7, the first seed of each setting of Table 8.", usual, "ε_{GL} [%]")
+    for number, extra, what in ((12, False, "Table 8"), (13, True, "Table 9")):
+        curves = {setting.name: many[0].response for setting, many in found.items() if many and (setting.box == "extra wide") == extra}
+        if curves and reference:
+            caption = "The first seed of each setting, and the synthetic reference."
+            figures[number] = over_strain(f"figure-{number}", f"Calibrated curves of {what}", caption, curves, {"synthetic reference": reference})
+    if any(found.values()):
+        figures[17] = _grades(found)
+    return figures
+
+
+def _grades(found: Mapping[Setting, list[Fit]]) -> Figure:
+    """Figure 17: which settings end in a good fit."""
+    groups: dict[str, list[tuple[float, float]]] = {}
+    for setting, many in found.items():
+        if many:
+            groups.setdefault(grade(float(np.median([each.errors[ERROR] for each in many]))), []).append((setting.width, setting.alpha))
+    marks = [Points(*np.array(groups[word]).T, style, f"{word}: {limits}") for word, (style, limits) in _GRADES.items() if word in groups]
+    panel = Panel("", Axis("width of the range of log E [log_{10} Pa]", (0, 10)), Axis("α", (0, 35)), tuple(marks))
+    return Figure("figure-17", "Which settings end in a good fit", "The median over seeds of the error ε of the calibrated parameters.", (panel,), columns=1)
 
 
 _GRADES = {
@@ -166,6 +169,54 @@ def grade(error: float) -> str:
     return "optimal" if error < OPTIMAL else "sub-optimal" if error <= SUB_OPTIMAL else "poor"
 
 
-def _above(one: Values, limit: float) -> Judgement:
-    """Whether a quantity is above a number."""
-    return smaller(Values("the limit", (limit,)), one)
+def spread_of_seeds(found: Mapping[Setting, Sequence[Fit]], quantity: str) -> Elsewhere:
+    """How far the seeds of the setting that has several spread in a quantity."""
+    several = next((many for setting, many in found.items() if setting.name == SEVERAL), ())
+    return spread_at(SEVERAL, [each.numbers[quantity] for each in several])
+
+
+def _conclusions(found: Mapping[Setting, list[Fit]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:
+    def of(quantity: str, shown: str, unit: str, box: str, alpha: int) -> Values:
+        (many,) = [many for setting, many in found.items() if (setting.box, setting.alpha) == (box, alpha)]
+        return values(f"{shown} with {box}, α = {alpha}", many, quantity, scatter, unit, spread_of_seeds(found, quantity))
+
+    def error(box: str, alpha: int) -> Values:
+        return of(ERROR, "ε", " %", box, alpha)
+
+    def modulus(box: str, alpha: int) -> Values:
+        return of("log_E", "log E", "", box, alpha)
+
+    usual = ("small", "mid", "wide")
+    larger = [smaller(modulus(box, alpha), modulus(other, 5)) for other in usual for box in usual for alpha in (10, 20)]
+    return conclusions(
+        {
+            "With α = 5 no range ends in an optimal fit: ε is above 2 %.": all_of([at_least(error(box, 5), OPTIMAL) for box in usual]),
+            "The three calibrations with α = 5 have the largest log E of the nine.": all_of(larger),
+            "α = 10 is enough for ranges of up to four decades: ε is below 2 %.": all_of([at_most(error(box, 10), OPTIMAL) for box in ("small", "mid")]),
+            "The wide range needs α = 20: with α = 10 ε is larger.": smaller(error("wide", 20), error("wide", 10)),
+            "The extra wide range needs α = 30: with α = 20 ε is larger.": smaller(error("extra wide", 30), error("extra wide", 20)),
+            "The small range ends worse than the mid one, with the same α.": all_of([smaller(error("mid", alpha), error("small", alpha)) for alpha in (5, 10, 20)]),
+            "Five of the nine calibrations of the three ranges have ε below 2 %.": _count([at_most(error(box, alpha), OPTIMAL) for box in usual for alpha in (5, 10, 20)], 5),
+            "s alone is not a sufficient stop: some calibration ends by it with ε above 2 %.": _s_alone(found, error),
+        }
+    )
+
+
+def _count(judged: Sequence[Judgement], printed: int) -> Judgement:
+    """Whether as many of some limits are kept as the paper has."""
+    kept, exceeded = (sum(each.verdict == verdict for each in judged) for verdict in (HOLDS, DOES_NOT_HOLD))
+    said = f"{kept} are below for certain, {exceeded} above, and of {len(judged) - kept - exceeded} of {len(judged)} it cannot be told"
+    if kept == printed and kept + exceeded == len(judged):
+        return Judgement(HOLDS, f"{said}.")
+    return Judgement(DOES_NOT_HOLD if kept > printed or exceeded > len(judged) - printed else CANNOT_BE_TOLD, f"{said}.")
+
+
+def _s_alone(found: Mapping[Setting, list[Fit]], error: Callable[[str, int], Values]) -> Judgement:
+    """By the calibrations that none was cut of: it holds where one is above the limit for certain, and does not where all are below."""
+    ended = [setting for setting, many in found.items() if many and not cut(many)]
+    judged = [at_least(error(setting.box, setting.alpha), OPTIMAL) for setting in ended]
+    if above := [each for each in judged if each.verdict == HOLDS]:
+        return Judgement(HOLDS, f"{above[0].reason} This is so of {len(above)} of {len(judged)} settings that ended by s.")
+    if judged and all(each.verdict == DOES_NOT_HOLD for each in judged):
+        return Judgement(DOES_NOT_HOLD, f"All {len(judged)} settings that ended by s are below.")
+    return Judgement(CANNOT_BE_TOLD, f"Of {len(judged)} settings that ended by s none is above 2 % for certain." if judged else "Nothing of it was run.")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from graincal.campaign import Listener
 from graincal.data import InputError
 from graincal.execution import number_of_workers
 from graincal.notation.numbers import duration
-from graincal.studies.made_with import check_made_with
+from graincal.studies.made_with import alone_in, check_made_with
 from graincal.studies.settings import Setup
 from graincal.studies.study import Case, Done, Study
 from graincal.studies.work import Work
@@ -25,20 +25,23 @@ PARTICLE_STEPS = 1e7
 
 @dataclass(frozen=True)
 class Plan:
-    """What is left. of_study: the work of each study, by its name, of which pieces that several share are named in each; skipped: (study, case) that lack a file."""
+    """What is left. of_study: the work of each study, by its name, of which pieces that several share are named in each; skipped: (study, case) that lack a file; after: by the name of a piece of work what
+    must be at its end before."""
 
     of_study: Mapping[str, tuple[Work, ...]]
     skipped: tuple[tuple[str, Case], ...]
+    after: Mapping[str, tuple[Work, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, studies: Sequence[Study], setup: Setup, done: Done) -> Plan:
-        work, skipped, by_name = {}, [], {}
+        work, skipped, after, by_name = {}, [], {}, {}
         for study in studies:
             cases = study.cases(setup, done)
             skipped += [(study.name, case) for case in cases if case.missing]
+            after |= {each.name: case.after for case in cases for each in case.work}
             # The same name is the same work: one object of it, for a packing may have to be prepared.
             work[study.name] = tuple(dict.fromkeys(by_name.setdefault(each.name, each) for case in cases for each in (*case.after, *case.work)))
-        return cls(work, tuple(skipped))
+        return cls(work, tuple(skipped), after)
 
     def skipped_of(self, study: str) -> dict[str, list[str]]:
         """The settings that a study skips, by what they lack."""
@@ -57,31 +60,70 @@ class Plan:
 class Reproduction:
     """Studies as they are run, in a folder. say: hears a line of text now and then. listeners: of the campaigns."""
 
-    def __init__(self, studies: Sequence[Study], setup: Setup, folder: Path, title: str, say: Callable[[str], None] = lambda text: None, listeners: Sequence[Listener] = ()) -> None:
+    def __init__(
+        self, studies: Sequence[Study], setup: Setup, folder: Path, title: str, say: Callable[[str], None] = lambda text: None, listeners: Sequence[Listener] = ()
+    ) -> None:
         self.studies, self.setup, self.folder, self.title, self.say, self.listeners = tuple(studies), setup, folder, title, say, listeners
         self.done = Done(folder / WORK)
         self.plan = Plan.of(studies, setup, self.done)
-        self._found: dict[str, str] = {}
+        self._failed: dict[str, str] = {}
+        self.broken: dict[str, str] = {}
+        """Of studies whose numbers could not be evaluated, why: a mistake in graincal."""
 
     def run(self) -> None:
-        """To the end, the studies with the least left first. What cannot be calibrated is said, and the others go on. Raises InputError where the folder holds work of other data or another size."""
-        check_made_with(self.setup, self.done.folder)
-        self._say_plan()
-        for study in sorted(self.studies, key=lambda study: self._left(self.plan.of_study[study.name])):
-            waiting = [each for each in self.plan.of_study[study.name] if not self.done.has(each)]
-            for number, each in enumerate(waiting, 1):
-                self.say(f"{study.name}, {number} of {len(waiting)}: {each.title}; {duration(self._left(self.plan.all))} left of all")
-                try:
-                    each.go_on(self.done.folder_of(each), self.listeners)
-                except InputError as error:
-                    self._found[each.name] = str(error)
-                    self.say(f"{each.title} could not be run: {error}")
+        """To the end, the studies with the least left first. What cannot be run is said, and the others go on.
+
+        Raises InputError where another process is running studies in the folder, and where this holds work of other data or another size.
+        """
+        with alone_in(self.done.folder):
+            check_made_with(self.setup, self.done.folder)
+            self._leave_out_other()
+            self._say_plan()
+            for study in sorted(self.studies, key=lambda study: self._left(self.plan.of_study[study.name])):
+                waiting = self._waiting(study)
+                for number, each in enumerate(waiting, 1):
+                    self._go_on(each, f"{study.name}, {number} of {len(waiting)}: {each.title}; {duration(self._left(self.plan.all))} left of all")
+                self.write()
             self.write()
-        self.write()
 
     def write(self) -> Path:
         """Tables, figures and the page, of what is there."""
-        return write(self.studies, self.setup, self.done, self.plan, self.folder, self.title, self._found)
+        path, broken = write(self.studies, self.setup, self.done, self.plan, self.folder, self.title, self._failed)
+        for name, why in broken.items():
+            if name not in self.broken:
+                self.say(f"{name}: its numbers could not be evaluated, {why}")
+        self.broken = broken
+        return path
+
+    def _go_on(self, work: Work, said: str) -> None:
+        if before := [each.title for each in self.plan.after.get(work.name, ()) if not self.done.has(each)]:
+            self._fail(work, f"it follows from {before[0]}, which is not at its end.")
+            return
+        self.say(said)
+        try:
+            work.go_on(self.done.folder_of(work), self.listeners)
+        except InputError as error:
+            self._fail(work, str(error))
+
+    def _fail(self, work: Work, why: str) -> None:
+        self._failed[work.name] = why
+        self.say(f"{work.title} could not be run: {why}")
+
+    def _leave_out_other(self) -> None:
+        """Work at its end that is not what is asked for now, and what follows from it, is as if it were not there."""
+        for each in self.plan.all:
+            if not self.done.has(each):
+                continue
+            try:
+                if any(not self.done.has(before) for before in self.plan.after.get(each.name, ())):
+                    raise InputError("what it follows from is not at its end any more, so it is left out.")
+                each.refuse_other(self.done.folder_of(each))
+            except InputError as error:
+                self.done.other.add(each.name)
+                self._fail(each, str(error))
+
+    def _waiting(self, study: Study) -> list[Work]:
+        return [each for each in self.plan.of_study[study.name] if not self.done.has(each) and each.name not in self._failed]
 
     def _say_plan(self) -> None:
         for study in self.studies:
@@ -94,7 +136,7 @@ class Reproduction:
 
     def _left(self, work: Sequence[Work]) -> float:
         """Seconds that are left of some work, roughly."""
-        waiting = [each for each in work if not self.done.has(each) and each.name not in self._found]
+        waiting = [each for each in work if not self.done.has(each) and each.name not in self._failed]
         return sum(max(each.size / self._speed - each.seconds(self.done.folder_of(each)), 0.1 * each.size / self._speed) for each in waiting)
 
     @property

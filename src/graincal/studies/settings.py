@@ -36,7 +36,9 @@ class Missing(InputError):
 
 @dataclass(frozen=True)
 class Size:
-    """How large the studies are. particles: instead of the packings of the paper, one of our own with so many grains. of_samples: times the paper's number of samples in an iteration. most_iterations: of the iterative filter.
+    """How large the studies are.
+
+    particles: instead of the packings of the paper, one of our own with so many grains. of_samples: times the paper's number of samples in an iteration. most_iterations: of the iterative filter.
     most_evaluations: of the method "posterior", False for its own end. repeats: runs at one and the same parameters."""
 
     particles: int | None = None
@@ -97,23 +99,36 @@ class Setup:
         """Toyoura sand at a confining pressure in Pa. Raises Missing."""
         return Reference.read(self._file(f"toyoura_{pressure / 1e6:.1f}MPa.csv"), observables=shares)
 
-    def synthetic(self, recorded: tuple[str, ...] = (), shares: dict[str, float] | None = None) -> Reference:
+    def synthetic(self, recorded: tuple[str, ...] = ()) -> Reference:
         """The paper's synthetic reference. recorded: observables that are not conditioned on. Raises Missing."""
-        fitted = {name: share for name, share in (shares or BOTH).items() if name not in recorded}
+        fitted = {name: share for name, share in BOTH.items() if name not in recorded}
         return Reference.read(self._file("synthetic_reference.csv"), observables=fitted, recorded=recorded, simulated=True)
 
     def test(self, particles: int, pressure: float, own: bool = False) -> TriaxialTest:
         """The paper's drained triaxial compression. Raises Missing."""
         return TriaxialTest(self.packing(particles, own), pressure, density_scaling=paper.DENSITY_SCALING, accuracy=ACCURACY)
 
-    def by_the_paper(self, test: TriaxialTest, reference: Reference, *, seed: int, samples: int = 80, box: str = "mid", most_iterations: int = paper.MOST_ITERATIONS, method: str = ITERATIVE) -> Calibration:
+    def by_the_paper(
+        self,
+        test: TriaxialTest,
+        reference: Reference,
+        *,
+        seed: int,
+        samples: int = 80,
+        box: str = "mid",
+        most_iterations: int = paper.MOST_ITERATIONS,
+        method: str = ITERATIVE,
+    ) -> Calibration:
         """A calibration by the paper's method and settings. samples: of one iteration; the paper's α is what gives as many (Eq. 4)."""
         options = {"alpha": self.size.of_samples * samples / ITERATION_OF_ALPHA_ONE}
         stop = Stop(s=paper.S_LIMIT, gl_error_increment=False, error=False, error_increment=False, max_iterations=min(self.size.most_iterations, most_iterations))
         return Calibration(space(box), [Experiment(TEST, test, reference)], method, options, stop, seed, self.workers)
 
     def by_the_posterior(self, test: TriaxialTest, reference: Reference, *, seed: int, box: str = "mid", same_packing: bool = False) -> Calibration:
-        """A calibration within the same ranges by the method "posterior" and its own rules. same_packing: the reference is a run on the test's own packing, so that what packings differ by is no error."""
+        """A calibration within the same ranges by the method "posterior" and its own rules.
+
+        same_packing: the reference is a run on the test's own packing, so that what packings differ by is no error.
+        """
         options = {"packing_scatter": False} if same_packing else {}
         stop = Stop(max_evaluations=self.size.most_evaluations)
         return Calibration(space(box), [Experiment(TEST, test, reference)], POSTERIOR, options, stop, seed, self.workers)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
@@ -17,7 +17,8 @@ from graincal.studies.work import Calibrating, Running, Work
 
 @dataclass(frozen=True)
 class Case:
-    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: the files that it lacks, in words; then nothing is run. after: what must have been run before."""
+    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: why it cannot be run, as the files that it lacks, in words; then nothing is. after: what must be at its
+    end before it is begun."""
 
     setting: str
     work: tuple[Work, ...] = ()
@@ -25,31 +26,43 @@ class Case:
     after: tuple[Work, ...] = ()
 
 
+@dataclass
 class Done:
-    """What was run, as far as it is there: the folder of each piece of work under one folder."""
+    """What was run, as far as it is there: the folder of each piece of work under one folder. other: names of work there that is not what is asked for, and counts as not run."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    folder: Path
+    other: set[str] = field(default_factory=set)
+    _read: dict[str, Result | list[list[Response]]] = field(default_factory=dict)
+    """Of work at its end, which does not change any more."""
 
     def folder_of(self, work: Work) -> Path:
         return self.folder / work.name
 
     def has(self, work: Work) -> bool:
         """Whether all of it was run."""
-        return work.is_done(self.folder_of(work))
+        return work.name not in self.other and (work.name in self._read or work.is_done(self.folder_of(work)))
 
     def results(self, case: Case) -> list[Result]:
         """The calibrations of a case that are at their end."""
-        return [work.read(self.folder_of(work)) for work in case.work if isinstance(work, Calibrating) and self.has(work)]
+        return [self._of(work) for work in case.work if isinstance(work, Calibrating) and self.has(work)]
 
     def runs(self, case: Case) -> list[list[Response]]:
         """The runs of a case, at each of its parameters; nothing where they were not made."""
-        found = [work.read(self.folder_of(work)) for work in case.work if isinstance(work, Running) and self.has(work)]
+        found = [self._of(work) for work in case.work if isinstance(work, Running) and self.has(work)]
         return found[0] if found else []
 
     def repeats(self, case: Case) -> list[Response]:
         """Those of a case with one set of parameters."""
         return next(iter(self.runs(case)), [])
+
+    def all_runs(self, case: Case) -> list[Response]:
+        """Those at all of its parameters, one after the other."""
+        return [run for many in self.runs(case) for run in many]
+
+    def _of(self, work: Calibrating | Running) -> Result | list[list[Response]]:
+        if work.name not in self._read:
+            self._read[work.name] = work.read(self.folder_of(work))
+        return self._read[work.name]
 
 
 class Study(ABC):

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Result
-from graincal.report.drawing import Axis, Figure, Line, Panel
-from graincal.report.palette import distinct
+from graincal.report.drawing import Axis, Bars, Figure, Line, Mark, Panel
+from graincal.report.palette import BAND, distinct
+from graincal.studies.common import at_truth
 from graincal.studies.curves import iterations
-from graincal.studies.range_alpha import SETTINGS, Setting, cases_by_setting
-from graincal.studies.records import Conclusion, Findings, Row, Table, Values, all_of, smaller
-from graincal.studies.settings import Setup
+from graincal.studies.floors import floor_of_steps
+from graincal.studies.judging import Values, all_of, at_least, at_most, smaller, spread_at
+from graincal.studies.range_alpha import SETTINGS, SEVERAL, Setting, cases_by_setting, posteriors_by_box
+from graincal.studies.records import Conclusion, Findings, Row, Table, conclusions
+from graincal.studies.settings import ITERATIVE, POSTERIOR, Setup
 from graincal.studies.study import Case, Done, Study
 
 SHOWN = 15
@@ -24,8 +28,20 @@ AT_ONCE, IN_TURN, STEPS, EVALUATIONS = "all of an iteration at once [h]", "one a
 PRINTED = {
     "mid, α = 10": {AT_ONCE: 3.91, IN_TURN: 119.24, EVALUATIONS: 880},
     "small, α = 5": {AT_ONCE: 1.96, IN_TURN: 44.15},
-    "wide, α = 20": {AT_ONCE: 8.29},
+    "small, α = 20": {IN_TURN: 250},
+    "mid, α = 20": {IN_TURN: 250},
+    "wide, α = 20": {AT_ONCE: 8.29, IN_TURN: 250},
 }
+"""The paper says that the totals of the three calibrations with α = 20 are above 250 hours."""
+
+LONGEST = "longest evaluation [h]"
+PEAKS = {"the shortest peak of the nine, of a small range": 0.52, "the highest peak of the nine, of a wide range": 4.08, "the highest of the nine at iteration 6": 0.29}
+LATE = 6
+
+INSET = "wide, α = 20"
+BINS = (1.0, 2.0, 3.0)
+COUNTS = {0: (150, 7, 2, 1), 1: (155, 5, 0, 0)}
+"""Of the 160 evaluations of iterations 0 and 1 of the setting of the inset: how many took less than 1 h, up to 2 h, up to 3 h and longer. Their longest took slightly above 4 h and 1.41 h."""
 
 
 class Times(Study):
@@ -35,34 +51,79 @@ class Times(Study):
     question = "How long do evaluations take along the iterations, and what is gained where all of an iteration run at once?"
 
     def cases(self, setup: Setup, done: Done) -> Sequence[Case]:
-        return list(_shown(setup).values())
+        return [at_truth(setup), *_shown(setup).values(), *_posteriors(setup, done).values()]
 
     def findings(self, setup: Setup, done: Done) -> Findings:
-        found = {setting.name: _costs(results[0]) for setting, case in _shown(setup).items() if (results := done.results(case))}
-        lines = []
-        for setting in SETTINGS:
-            if setting.box != "extra wide":
-                ours = found[setting.name].numbers if setting.name in found else {}
-                lines += [Row(setting.name, name, PRINTED.get(setting.name, {}).get(name), (ours[name],) if ours else ()) for name in (EVALUATIONS, STEPS, AT_ONCE, IN_TURN)]
+        cases = _shown(setup)
+        missing = next((case.missing for case in cases.values() if case.missing), "")
+        found = {setting.name: [_Costs.of(result) for result in done.results(case)] for setting, case in cases.items()}
+        by_posterior = {box: [_Costs.of(result) for result in done.results(case)] for box, case in _posteriors(setup, done).items()}
+        first = {name: many[0] for name, many in found.items() if many}
         notes = (
-            "Hours are of one core: ours of the machine that ran them, with whatever else it did; the paper's of an Intel Xeon Gold 6150 with YADE. Steps compare across machines.",
-            "The time of the paper's sampling, and ours, is not in it.",
+            "Hours are the sum over runs of the time of each on one core: ours on the machine that ran them, beside its other work; the paper's on an Intel Xeon Gold 6150 with YADE. "
+            "Steps compare across machines.",
+            "The time that choosing samples takes is not counted, in the paper and here.",
+            'By "posterior" runs are made a few at a time, and not in iterations.',
+            *_failures(found),
         )
-        figures = {16: _figure(found)} if found else {}
-        return Findings((Table("times", "Evaluations, steps and hours to the end", tuple(lines), notes),), figures, _conclusions(found))
+        tables = (Table("times", "Evaluations, steps and hours to the end", (*_rows(found, by_posterior, missing), *_peaks(found, missing), *_inset_rows(first, missing)), notes),)
+        figures = {16: _figure(first)} if first else {}
+        return Findings(tables, figures, _conclusions(found, floor_of_steps(done.repeats(at_truth(setup)))))
 
 
+@dataclass(frozen=True, eq=False)
 class _Costs:
-    """Of one calibration, by iteration: the longest of its evaluations and all of them together, in hours and in steps, (I,)."""
+    """Of one calibration, by iteration: the hours and the steps of its evaluations, (N,) each, NaN where they are not known. failed: how many gave no response; unknown: of these, those without steps."""
 
-    def __init__(self, hours: list[NDArray[np.float64]], steps: list[NDArray[np.float64]]) -> None:
-        self.evaluations = sum(map(len, hours))
-        self.longest, self.together = (np.array([fold(each) for each in hours]) for fold in (np.nanmax, np.nansum))
-        self.most_steps, self.steps = (np.array([fold(each) for each in steps]) for fold in (np.nanmax, np.nansum))
+    hours: tuple[NDArray[np.float64], ...]
+    steps: tuple[NDArray[np.float64], ...]
+    failed: int
+    unknown: int
+
+    @classmethod
+    def of(cls, result: Result) -> _Costs:
+        steps, hours = result.detail("steps"), result.seconds[:, 0] / 3600
+        rows = [result.iteration == each.index for each in result.iterations]
+        return cls(tuple(hours[each] for each in rows), tuple(steps[each] for each in rows), result.failures, int(np.sum(np.isnan(steps) & result.failed)))
+
+    @property
+    def longest(self) -> NDArray[np.float64]:
+        """(I,): of each iteration, hours."""
+        return np.array([_largest(each) for each in self.hours])
+
+    @property
+    def together(self) -> NDArray[np.float64]:
+        """(I,): of all evaluations of each iteration, hours."""
+        return np.array([np.nansum(each) for each in self.hours])
+
+    @property
+    def most_steps(self) -> NDArray[np.float64]:
+        """(I,): of the longest evaluation of each iteration."""
+        return np.array([_largest(each) for each in self.steps])
+
+    @property
+    def all_steps(self) -> float:
+        return float(sum(np.nansum(each) for each in self.steps))
+
+    @property
+    def gained(self) -> float:
+        """How many times less all take where each iteration runs at once, in steps."""
+        return self.all_steps / float(np.nansum(self.most_steps))
 
     @property
     def numbers(self) -> dict[str, float]:
-        return {EVALUATIONS: float(self.evaluations), STEPS: float(self.steps.sum() / 1e6), AT_ONCE: float(self.longest.sum()), IN_TURN: float(self.together.sum())}
+        return {
+            EVALUATIONS: float(sum(map(len, self.hours))),
+            STEPS: self.all_steps / 1e6,
+            AT_ONCE: float(np.nansum(self.longest)),
+            IN_TURN: float(self.together.sum()),
+        }
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    """NaN where none is known."""
+    known = values[np.isfinite(values)]
+    return float(known.max()) if len(known) else np.nan
 
 
 def _shown(setup: Setup) -> dict[Setting, Case]:
@@ -70,42 +131,104 @@ def _shown(setup: Setup) -> dict[Setting, Case]:
     return {setting: case for setting, case in cases_by_setting(setup).items() if setting.box != "extra wide"}
 
 
-def _costs(result: Result) -> _Costs:
-    steps = np.array([outcome.details.get("steps", np.nan) if (outcome := result.response(int(id))) else np.nan for id in result.ids])
-    of = [result.iteration == each.index for each in result.iterations]
-    return _Costs([result.seconds[rows, 0] / 3600 for rows in of], [steps[rows] for rows in of])
+def _posteriors(setup: Setup, done: Done) -> dict[str, Case]:
+    return {box: case for box, case in posteriors_by_box(setup, done).items() if box != "extra wide"}
 
 
-def _figure(found: Mapping[str, _Costs]) -> Figure:
+def _failures(found: Mapping[str, Sequence[_Costs]]) -> list[str]:
+    """What failed runs have to do with these numbers."""
+    every = [each for many in found.values() for each in many]
+    failed, unknown = sum(each.failed for each in every), sum(each.unknown for each in every)
+    if not failed:
+        return []
+    return [f"{failed} runs failed; their hours and steps are counted, but for the steps of {unknown}, which are not known."]
+
+
+def _rows(found: Mapping[str, Sequence[_Costs]], by_posterior: Mapping[str, Sequence[_Costs]], missing: str) -> list[Row]:
+    lines = []
+    for setting in SETTINGS:
+        if setting.box != "extra wide":
+            printed, ours = PRINTED.get(setting.name, {}), [each.numbers for each in found[setting.name]]
+            lines += [Row(setting.name, name, printed.get(name), tuple(each[name] for each in ours), None, ITERATIVE, missing) for name in (EVALUATIONS, STEPS, AT_ONCE, IN_TURN)]
+    for box, many in by_posterior.items():
+        lines += [Row(box, name, None, tuple(each.numbers[name] for each in many), None, POSTERIOR) for name in (EVALUATIONS, STEPS, IN_TURN)]
+    return lines
+
+
+def _peaks(found: Mapping[str, Sequence[_Costs]], missing: str) -> list[Row]:
+    """The longest evaluations, of the first seeds: those of the text."""
+    first = [many[0] for many in found.values() if many]
+    peaks, late = [_largest(each.longest) for each in first], [each.longest[LATE] for each in first if len(each.longest) > LATE]
+    ours = (min(peaks), max(peaks), max(late, default=np.nan)) if len(first) == len(found) else ()
+    return [Row(name, LONGEST, printed, ours[number : number + 1], missing=missing) for number, (name, printed) in enumerate(PEAKS.items())]
+
+
+def _inset_rows(first: Mapping[str, _Costs], missing: str) -> list[Row]:
+    """How many evaluations took how long, in hours of the machine."""
+    lines = []
+    for number, printed in COUNTS.items():
+        hours = first[INSET].hours[number] if INSET in first and len(first[INSET].hours) > number else np.empty(0)
+        counts = np.bincount(np.searchsorted(BINS, hours[np.isfinite(hours)], side="right"), minlength=len(printed)) if len(hours) else ()
+        for column, (name, value) in enumerate(zip(("runs below 1 h", "from 1 to 2 h", "from 2 to 3 h", "above 3 h"), printed)):
+            lines.append(Row(f"{INSET}, iteration {number}", name, value, tuple(map(float, counts[column : column + 1])), missing=missing))
+    return lines
+
+
+def _figure(first: Mapping[str, _Costs]) -> Figure:
     def panel(title: str, label: str, series: Mapping[str, NDArray[np.float64]]) -> Panel:
-        lines = tuple(Line(np.arange(len(values[: SHOWN + 1]), dtype=float), values[: SHOWN + 1], distinct(number), name) for number, (name, values) in enumerate(series.items()))
-        return Panel(title, iterations(values[: SHOWN + 1] for values in series.values()), Axis(label), lines)
+        shown = {name: values[: SHOWN + 1] for name, values in series.items()}
+        lines = tuple(Line(np.arange(len(values), dtype=float), values, distinct(number), name) for number, (name, values) in enumerate(shown.items()))
+        return Panel(title, iterations(shown.values()), Axis(label), lines)
 
-    panels = (
-        panel("Longest evaluation", "time [h]", {name: each.longest for name, each in found.items()}),
-        panel("All of an iteration at once, summed", "time [h]", {name: np.cumsum(each.longest) for name, each in found.items()}),
-        panel("One after the other, summed", "time [h]", {name: np.cumsum(each.together) for name, each in found.items()}),
-        panel("Longest evaluation", "steps [million]", {name: each.most_steps / 1e6 for name, each in found.items()}),
-    )
-    return Figure("figure-16", "Times along the iterations", "Of one core. Steps do not depend on the machine and what else it does.", panels, columns=2)
+    panels = [
+        panel("Longest evaluation", "time [h]", {name: each.longest for name, each in first.items()}),
+        panel("All of an iteration at once, summed", "time [h]", {name: np.cumsum(each.longest) for name, each in first.items()}),
+        panel("One after the other, summed", "time [h]", {name: np.cumsum(each.together) for name, each in first.items()}),
+        panel("Longest evaluation", "steps [million]", {name: each.most_steps / 1e6 for name, each in first.items()}),
+    ]
+    if INSET in first:
+        panels += [_histogram(number, first[INSET]) for number in COUNTS if number < len(first[INSET].hours)]
+    caption = "The first seed of each setting, on one core. Steps do not depend on the machine and its other work. Below, the inset of the paper's figure."
+    return Figure("figure-16", "Times along the iterations", caption, tuple(panels), columns=2)
 
 
-def _conclusions(found: Mapping[str, _Costs]) -> tuple[Conclusion, ...]:
-    early = [Values.of(f"the longest run of iterations 0 and 1 of {name}", [each.most_steps[:2].max() / 1e6], unit=" million steps") for name, each in found.items()]
-    late = [Values.of("that of later ones", [each.most_steps[2:].max() / 1e6] if len(each.most_steps) > 2 else [], unit=" million steps") for each in found.values()]
+def _histogram(number: int, costs: _Costs) -> Panel:
+    hours = costs.hours[number][np.isfinite(costs.hours[number])]
+    heights, edges = np.histogram(hours, bins=20)
+    mark: Mark = Bars(edges, heights.astype(float), BAND, "runs")
+    return Panel(f"{INSET}, iteration {number}", Axis("time of an evaluation [h]"), Axis("runs"), (mark,))
+
+
+def _conclusions(found: Mapping[str, Sequence[_Costs]], floor: float | None) -> tuple[Conclusion, ...]:
+    """By steps, for they do not depend on the machine. floor: what the steps of runs at the same parameters differ by, as a part of them."""
+    several = found[SEVERAL]
+
+    def of(name: str, setting: str, number) -> Values:
+        """For one seed as many parts of its number as those of the setting with several seeds spread over."""
+        ours = [number(each) / 1e6 for each in found[setting]]
+        middle, elsewhere = np.nanmedian(ours) if ours else np.nan, [number(each) / 1e6 for each in several]
+        spread = spread_at(SEVERAL, elsewhere, middle / np.nanmedian(elsewhere) if elsewhere else np.nan)
+        return Values.of_finite(f"{name} of {setting}", ours, None if floor is None else floor * middle, " million steps", elsewhere=spread)
+
+    def early(setting: str) -> Values:
+        return of("the longest run in iterations 0 and 1", setting, lambda each: _largest(each.most_steps[:2]))
+
+    def late(setting: str) -> Values:
+        return of("the longest run of later iterations", setting, lambda each: _largest(each.most_steps[2:]))
 
     def longest(box: str, alpha: int) -> Values:
-        name = f"{box}, α = {alpha}"
-        return Values.of(f"the longest run of {name}", [found[name].most_steps.max() / 1e6] if name in found else [], unit=" million steps")
+        return of("the longest run", f"{box}, α = {alpha}", lambda each: _largest(each.most_steps))
 
-    def total(name: str) -> Values:
-        return Values.of(f"the sum of {name}", [found[name].steps.sum() / 1e6] if name in found else [], unit=" million steps")
+    def total(box: str, alpha: int) -> Values:
+        return of("the sum of all runs", f"{box}, α = {alpha}", lambda each: each.all_steps)
 
-    gained = [found["mid, α = 10"].together.sum() / found["mid, α = 10"].longest.sum()] if "mid, α = 10" in found else []
-    claims = {
-        "The longest runs are in iterations 0 and 1, and are gone after that.": all_of([smaller(one, other) for one, other in zip(late, early)]),
-        "The wide range has the longest runs.": all_of([smaller(longest(box, alpha), longest("wide", alpha)) for box in ("small", "mid") for alpha in (5, 10, 20)]),
-        "Runs of one iteration at once take 10 to 100 times less than one after the other (the paper: 30 times).": smaller(Values("10", (10.0,), unit=""), Values.of("what is gained with mid, α = 10", gained, unit=" times")),
-        "α = 5 takes the least in all.": all_of([smaller(total(f"{box}, α = 5"), total(f"{box}, α = {alpha}")) for box in ("small", "mid", "wide") for alpha in (10, 20)]),
-    }
-    return tuple(Conclusion(claim, judgement) for claim, judgement in claims.items())
+    gained = Values.of_finite(f"what is gained with {SEVERAL}", [each.gained for each in several], None if floor is None else floor * 30, " times")
+    boxes = ("small", "mid", "wide")
+    return conclusions(
+        {
+            "The longest runs are in iterations 0 and 1, and are gone after that.": all_of([smaller(late(name), early(name)) for name in found]),
+            "The wide range has the longest runs.": all_of([smaller(longest(box, alpha), longest("wide", alpha)) for box in boxes[:2] for alpha in (5, 10, 20)]),
+            "Runs of one iteration at once take 10 to 100 times less than one after the other (the paper: 30 times).": all_of([at_least(gained, 10), at_most(gained, 100)]),
+            "α = 5 takes the least in all.": all_of([smaller(total(box, 5), total(box, alpha)) for box in boxes for alpha in (10, 20)]),
+        }
+    )

@@ -7,13 +7,16 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Calibration, Experiment, Listener, Result, begin, resume
-from graincal.campaign.exploring import fill, no_reference
+from graincal.campaign import Calibration, Experiment, Listener, Result
+from graincal.campaign.exploring import fill, for_library, no_reference, points_of
 from graincal.campaign.library import Library
+from graincal.campaign.provenance import provenance
+from graincal.campaign.running import begin_or_resume
 from graincal.campaign.runs import known_runs
 from graincal.campaign.store import SPENT, Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Response
@@ -32,6 +35,10 @@ class Work(ABC):
     @abstractmethod
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
         """Begin with it, or go on to its end. Raises InputError where the folder holds something else."""
+
+    @abstractmethod
+    def refuse_other(self, folder: Path) -> None:
+        """Raise InputError where the folder holds work of other settings, other data or other parameters than are asked for now. What was begun by this very build was asked by it."""
 
     def is_done(self, folder: Path) -> bool:
         """Whether the folder holds all of it."""
@@ -55,6 +62,13 @@ class Work(ABC):
             seconds = [seconds for _, _, attempts, seconds in store.runs() if attempts]
         return len(seconds), float(sum(each or 0.0 for each in seconds))
 
+    def made_with(self, folder: Path) -> dict[str, str]:
+        """What it was begun with; nothing where it was not."""
+        if not holds_campaign(folder):
+            return {}
+        with closing(Store.open(folder)) as store:
+            return store.provenance
+
 
 @dataclass(frozen=True, eq=False)
 class Calibrating(Work):
@@ -67,15 +81,20 @@ class Calibrating(Work):
     runs_of: Path | None = None
 
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
-        asked = self.make()
-        if self.runs_of is not None:
-            asked = replace(asked, known=known_runs([self.runs_of.resolve()], asked))
+        self.refuse_other(folder)
+        workers = self.make().workers if holds_campaign(folder) else None
+        begin_or_resume(folder, self.make, [self.runs_of] if self.runs_of else [], listeners, workers)
+
+    def refuse_other(self, folder: Path) -> None:
         if not holds_campaign(folder):
-            begin(asked, folder, listeners)
             return
         with closing(Store.open(folder)) as store:
-            _refuse_other(folder, store, asked)
-        resume(folder, workers=asked.workers, listeners=listeners)
+            if store.provenance != provenance() and not store.keeps(self._asked()):
+                raise _other(folder)
+
+    def _asked(self) -> Calibration:
+        asked = self.make()
+        return asked if self.runs_of is None else replace(asked, known=known_runs([self.runs_of], asked))
 
     def read(self, folder: Path) -> Result:
         """What it found."""
@@ -84,7 +103,7 @@ class Calibrating(Work):
 
 @dataclass(frozen=True, eq=False)
 class Running(Work):
-    """Runs of a test at parameters theta (K, n), `times` times each, to an axial strain. theta: called when they are begun, for they may follow from other work."""
+    """Runs of a test at parameters theta (K, n), `times` times each, to an axial strain. theta: called when they are begun, for they may follow from other work. workers: runs at once."""
 
     name: str
     title: str
@@ -94,14 +113,30 @@ class Running(Work):
     times: int
     space: ParameterSpace
     to: float = 0.2
+    workers: int | Literal["all"] = "all"
 
     @property
     def _points(self) -> NDArray[np.float64]:
-        return np.concatenate([replicates(np.asarray(theta, dtype=np.float64), self.times, self.space) for theta in self.theta()])
+        """(K times, n). Raises InputError where there are no parameters to run."""
+        found = self.theta()
+        if not len(found):
+            raise InputError(f"{self.title}: there are no parameters to run, for what they follow from found none.")
+        return np.concatenate([replicates(np.asarray(theta, dtype=np.float64), self.times, self.space) for theta in found])
+
+    def _asked(self) -> Calibration:
+        return Calibration(self.space, [Experiment(TEST, self.make(), no_reference(self.to, OBSERVABLES))], workers=self.workers)
 
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
-        experiment = Experiment(TEST, self.make(), no_reference(self.to, OBSERVABLES))
-        fill(Calibration(self.space, [experiment]), folder, listeners=listeners, points=self._points)
+        fill(self._asked(), folder, listeners=listeners, points=self._points)
+
+    def refuse_other(self, folder: Path) -> None:
+        if not holds_campaign(folder):
+            return
+        with closing(Store.open(folder)) as store:
+            # Parameters follow from other work, whatever it was made with.
+            same = np.array_equal(points_of(store), self._points)
+            if not same or (store.provenance != provenance() and not store.keeps(for_library(self._asked()))):
+                raise _other(folder)
 
     def read(self, folder: Path) -> list[list[Response]]:
         """What the runs at each of the parameters gave, without those that failed."""
@@ -109,6 +144,5 @@ class Running(Work):
         return [[run for run in outcomes[first : first + self.times] if isinstance(run, Response)] for first in range(0, len(outcomes), self.times)]
 
 
-def _refuse_other(folder: Path, store: Store, calibration: Calibration) -> None:
-    if not store.keeps(calibration):
-        raise InputError(f"{folder}: this was made by other settings or other data than these; reproduce needs a folder of its own.")
+def _other(folder: Path) -> InputError:
+    return InputError(f"{folder}: this was made by other settings, other data or other parameters than are asked for now, so it is left out. Remove this folder, and it is made again; or give reproduce another one.")

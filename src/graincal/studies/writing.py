@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import traceback
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ import numpy as np
 from graincal.campaign.trouble import FolderError
 from graincal.report.with_matplotlib import save
 from graincal.studies.page import render
-from graincal.studies.records import Table
+from graincal.studies.records import Findings, Table
 from graincal.studies.settings import ITERATIVE, Setup
 from graincal.studies.study import Done, Study
 
@@ -23,9 +24,9 @@ PAGE = "index.html"
 COLUMNS = ("setting", "quantity", "paper", "graincal median", "low", "high", "floor")
 
 
-def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]) -> Path:
-    """Write all of it, and return the page's path."""
-    found = {study: study.findings(setup, done) for study in studies}
+def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]) -> tuple[Path, dict[str, str]]:
+    """Write all of it; the page's path, and the studies whose numbers could not be evaluated, by name, with why. Raises FolderError where the folder cannot be written."""
+    found, broken = _found(studies, setup, done)
     try:
         for name in ("tables", "figures"):
             (folder / name).mkdir(parents=True, exist_ok=True)
@@ -34,10 +35,22 @@ def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder
                 _write_table(folder / "tables" / table.file, table)
             for number, figure in findings.numbered_figures.items():
                 save(figure, folder / "figures" / f"figure-{number:02d}.png")
-        (folder / PAGE).write_text(render(found, setup, done, plan, title, failed), encoding="utf-8")
+        (folder / PAGE).write_text(render(found, setup, done, plan, title, failed, broken), encoding="utf-8")
     except OSError as error:
         raise FolderError.of(folder, error) from error
-    return folder / PAGE
+    return folder / PAGE, broken
+
+
+def _found(studies: Sequence[Study], setup: Setup, done: Done) -> tuple[dict[Study, Findings], dict[str, str]]:
+    """What each study finds. A mistake in the code of one costs hours of others no page: it is said, with its place, and the others are written."""
+    found, broken = {}, {}
+    for study in studies:
+        try:
+            found[study] = study.findings(setup, done)
+        except Exception as error:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            found[study], broken[study.name] = Findings(), f"by a mistake in graincal: {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})."
+    return found, broken
 
 
 def _write_table(path: Path, table: Table) -> None:
