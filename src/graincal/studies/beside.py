@@ -60,5 +60,8 @@ def _ours(row: Row | None) -> str:
     """The median, and the range where seeds differ."""
     if row is None or not np.isfinite(row.median):
         return "–"
+    if all(value == int(value) for value in row.ours if np.isfinite(value)):
+        # A count, or what was given.
+        return f"{row.median:g}" if row.low == row.high else f"{row.median:g} ({row.low:g} to {row.high:g})"
     middle = numbers.value(row.median, 4)
     return middle if len(row.ours) < 2 or row.low == row.high else f"{middle} ({numbers.between(row.low, row.high)})"

@@ -120,7 +120,7 @@ def _table(at: Sequence[_At]) -> Table:
     for each in at:
         printed = {name: dict(zip(quantities, of[each.pressure])) for name, of in (("GL", GL), ("MC", MC))}
         lines += rows(f"{each.name}, GL", printed["GL"], each.found["GL"], each.floor, quantities, missing=each.missing)
-        lines += rows(f"{each.name}, GL", {}, each.found["posterior"], each.floor, method=POSTERIOR)
+        lines += rows(f"{each.name}, GL", printed["GL"], each.found["posterior"], each.floor, method=POSTERIOR)
         lines += rows(f"{each.name}, MC with 80 samples", printed["MC"], each.found["MC 80"], each.floor, missing=each.missing)
         lines += rows(f"{each.name}, MC with {AS_MANY} samples", printed["MC"], each.found["MC"], each.floor, missing=each.missing)
     return Table(3, "Parameters by the iterative filter (GL) and the Monte Carlo filter (MC)", tuple(lines))

@@ -49,8 +49,8 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
 def _made_with(done: Done, plan: Plan) -> Shown:
     """What all work was begun with: each build that was, and how many calibrations and series of runs it began."""
     builds = Counter(tuple(made.items()) for each in plan.all if (made := each.made_with(done.folder_of(each))))
-    rows = [(name if number == 0 else "", f"{name_of}: {value}") for build, count in builds.most_common() for number, (name_of, value) in enumerate(build) for name in [f"{count} of {sum(builds.values())}"]]
-    return Shown(("calibrations and series of runs", "begun with"), tuple(rows))
+    rows = [(f"{count} of {sum(builds.values())}", ", ".join(f"{name} {value}" for name, value in build)) for build, count in builds.most_common()]
+    return Shown(("calibrations and series of runs", "begun with"), tuple(rows), figures=2)
 
 
 def _claim(conclusion: Conclusion) -> str:

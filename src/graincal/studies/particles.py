@@ -69,7 +69,7 @@ class Particles(Study):
             quantities = (*QUANTITIES, ITERATIONS)
             numbers, name = dict(zip(quantities, printed)), named(setup, particles)
             lines += rows(name, numbers, found[particles], floors[particles], quantities, missing=cases[particles].missing)
-            lines += rows(name, {}, by_posterior.get(particles, []), floors[particles], method=POSTERIOR)
+            lines += rows(name, numbers, by_posterior.get(particles, []), floors[particles], method=POSTERIOR)
         curves = {named(setup, particles): many[0].response for particles, many in found.items() if many}
         figures = {}
         if curves:

@@ -8,12 +8,13 @@ import numpy as np
 
 from graincal.campaign import Result
 from graincal.data import Reference
+from graincal.notation import numbers
 from graincal.report.drawing import Figure
 from graincal.studies import paper
 from graincal.studies.common import at_truth, floor_on_synthetic, proof, proof_by_posterior
 from graincal.studies.curves import over_iterations, over_strain
 from graincal.studies.floors import ERROR, STRAIN, STRESS, at, errors_between
-from graincal.studies.found import ITERATIONS, QUANTITIES, Fit, fits, parameter_names, rows, values
+from graincal.studies.found import ITERATIONS, QUANTITIES, Fit, cut, fits, parameter_names, rows, values
 from graincal.studies.judging import EXACT, NUMBER, SURE, Values, all_of, at_most
 from graincal.studies.records import Conclusion, Findings, Row, Table, conclusions
 from graincal.studies.settings import BOTH, ITERATIVE, POSTERIOR, Setup
@@ -58,11 +59,11 @@ def _table(found: Mapping[str, Sequence[Fit]], exact: Sequence[Mapping[str, floa
     lines = [Row("synthetic", name, value, (value,)) for name, value in zip(paper.PARAMETERS, paper.TRUTH)]
     lines += [Row("exact parameters, run again", name, None, tuple(each[name] for each in exact), scatter.get(name)) for name in (STRESS, STRAIN, ERROR)]
     lines += rows("calibrated", PRINTED, found[ITERATIVE], scatter, (*QUANTITIES, ITERATIONS), missing=missing)
-    lines += rows("calibrated", {}, found[POSTERIOR], scatter, method=POSTERIOR)
+    lines += rows("calibrated", PRINTED, found[POSTERIOR], scatter, method=POSTERIOR)
     for method, many in found.items():
         for name, truth in zip(paper.PARAMETERS, paper.TRUTH):
             off = tuple(100 * (each.numbers[name] / truth - 1) for each in many)
-            lines.append(Row("calibrated less synthetic, %", name, OFF[name] if method == ITERATIVE else None, off, method=method, missing=missing))
+            lines.append(Row("calibrated, apart from synthetic by %", name, OFF[name], off, method=method, missing=missing))
     return Table(6, "Synthetic parameters and what is calibrated on their curve", tuple(lines))
 
 
@@ -82,7 +83,8 @@ def _figures(results: Sequence[Result], found: Mapping[str, Sequence[Fit]], refe
 
 def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:
     errors = values("ε of the calibrated parameters", found, ERROR, scatter)
-    last = Values.of_finite("the GL error of the last iteration", [result.iterations[-1].gl_error for result in results], scatter.get(ERROR))
+    how = f" ({said})" if (said := cut(found)) else ""
+    last = Values.of_finite(f"the GL error of the last iteration{how}", [result.iterations[-1].gl_error for result in results], scatter.get(ERROR))
     off = {
         name: Values.of_finite(f"the relative error of {shown}", [100 * abs(each.numbers[name] / truth - 1) for each in found], EXACT)
         for (name, shown), truth in zip(parameter_names().items(), paper.TRUTH)
@@ -97,6 +99,7 @@ def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequenc
     }
     own = [each[ERROR] for each in exact]
     wide = SURE * np.std(own, ddof=1) / np.sqrt(len(own)) if len(own) > 1 else None
-    of_exact = Values.of_finite(f"the mean of ε of {len(own)} runs at the exact parameters, of which the error is the floor,", [np.mean(own)] if own else [], wide, of=NUMBER)
+    named = f"the mean of ε of {len(own)} runs at the exact parameters" + ("" if wide is None else f", known to ± {numbers.value(wide, 2)} %,")
+    of_exact = Values.of_finite(named, [np.mean(own)] if own else [], wide, of=NUMBER)
     again = {f"Runs at the exact parameters come as near to the paper's reference as those of another engine: their mean error is at most {EXACT_ERROR} %.": at_most(of_exact, EXACT_ERROR)}
     return (*conclusions(claims), *conclusions(again, of_paper=False))

@@ -69,7 +69,7 @@ def _table(results: Sequence[Result], posteriors: Sequence[Posterior], missing: 
     where = {name: number for number, name in enumerate(paper.PARAMETERS)}
     by_method = {ITERATIVE: [_correlations(result) for result in results], POSTERIOR: [_weighted_correlations(each) for each in posteriors]}
     lines = [
-        Row(first, second, value if method == ITERATIVE else None, tuple(float(each[where[first], where[second]]) for each in correlations), method=method, missing=missing)
+        Row(first, second, value, tuple(float(each[where[first], where[second]]) for each in correlations), method=method, missing=missing)
         for (first, second), value in PRINTED.items()
         for method, correlations in by_method.items()
     ]

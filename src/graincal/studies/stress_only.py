@@ -14,7 +14,7 @@ from graincal.studies.bands import ratio_of_widths, width
 from graincal.studies.common import at_truth, floor_on_synthetic, needs_synthetic, on_synthetic, on_synthetic_by_posterior, proof, runs_after
 from graincal.studies.curves import difference, over_strain
 from graincal.studies.floors import FABRIC, STRAIN, STRAINS, STRESS, at, fabric_errors, floor_of, mean_run
-from graincal.studies.found import ITERATIONS, Fit, fit_in, fits, rows, values
+from graincal.studies.found import ITERATIONS, Fit, cut, fit_in, fits, rows, values
 from graincal.studies.judging import Values, all_of, at_least, at_most, smaller
 from graincal.studies.records import Conclusion, Findings, Row, Table, conclusions
 from graincal.studies.settings import ITERATIVE, POSTERIOR, Setup
@@ -112,7 +112,7 @@ def _rows(found: Mapping[str, Sequence[Fit]], at_seven: Sequence[Fit], scatter: 
 def _rows_by_posterior(by_posterior: Mapping[str, Sequence[Fit]], runs: Mapping[str, Sequence[Sequence[Response]]], scatter: Mapping[str, float]) -> list[Row]:
     lines = []
     for name, setting in ((BOTH_OF, BOTH_OF), (ALONE, f"{ALONE}, at the end")):
-        lines += rows(setting, {}, by_posterior[name], scatter, (STRESS, STRAIN), POSTERIOR)
+        lines += rows(setting, PRINTED[name] if name == BOTH_OF else {}, by_posterior[name], scatter, (STRESS, STRAIN), POSTERIOR)
         lines.append(Row(setting, WIDTH, None, tuple(width(each) for each in runs[name]), None, POSTERIOR))
     return lines
 
@@ -152,7 +152,8 @@ def _conclusions(
     stress = values("the error of the stress ratio with stress only", found[ALONE], STRESS, scatter)
 
     def of_fabric(name: str, column: str) -> Values:
-        return Values.of_finite(f"{FABRIC[column].removesuffix(' [%]')} with {name}", [each[column] for each in fabric[name]], floors[column])
+        how = f" ({said})" if (said := cut(found[name])) else ""
+        return Values.of_finite(f"{FABRIC[column].removesuffix(' [%]')} with {name}{how}", [each[column] for each in fabric[name]], floors[column])
 
     worse = [smaller(of_fabric(BOTH_OF, column), of_fabric(ALONE, column)) for column in SHOWN]
     claims = {
