@@ -9,16 +9,26 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.campaign.library import Library
 from graincal.campaign.store import NAME as DATABASE
+from graincal.campaign.store import Store
 from graincal.dem.preparation import prepare
 from graincal.studies import paper
-from graincal.studies.settings import QUICK, VOID_RATIO
+from graincal.studies.hartmann2022 import STUDIES
+from graincal.studies.made_with import alone_in
+from graincal.studies.proof import Proof
+from graincal.studies.running import Reproduction
+from graincal.studies.settings import QUICK, VOID_RATIO, Setup
+from graincal.studies.study import Done
+from graincal.studies.work import Running
 
 GRAINCAL = Path(sys.executable).with_name("graincal")
 STUDY = "errors"
@@ -161,3 +171,133 @@ def test_files_may_be_added(made, data, tmp_path, call):
     shutil.copytree(data, tmp_path / "data")
     (tmp_path / "data" / "toyoura_0.2MPa.csv").write_text("axial_strain [%],stress_ratio [-]\n0,1\n")
     assert call(*arguments(tmp_path / "data", tmp_path / "study")).code == 0
+
+
+SMALLEST = replace(QUICK, of_samples=0.1, most_iterations=2, most_evaluations=40, repeats=2)
+
+
+def reproduced(data, folder, *names):
+    """Studies in a folder, as small as they can be: what was said."""
+    said = []
+    reproduction = Reproduction([STUDIES[name] for name in names], Setup(data, 1, size=SMALLEST), folder, "Studies", said.append)
+    reproduction.run()
+    assert not reproduction.broken
+    return said
+
+
+FOLLOWING = "stress-only", "pressures"
+
+
+@pytest.fixture(scope="session")
+def alone(data, tmp_path_factory):
+    """Two studies, run to their end: calibrations that learn from others, and runs at what others found."""
+    folder = tmp_path_factory.mktemp("alone") / "study"
+    reproduced(data, folder, *FOLLOWING)
+    return folder
+
+
+def test_what_follows_from_other_work_is_run_after_it(alone):
+    """The calibration with stress only learns from the runs of the other one, and runs are made at what both found."""
+    with closing(Store.open(alone / "work" / "synthetic-mid-posterior-stress-only-seed-1")) as store:
+        assert "synthetic-mid-posterior-seed-1" in store.description["known"]["sources"][0]
+    calibrated = gc.Result.read(alone / "work" / PIECES[1])
+    own = Library.read(alone / "work" / "runs-at-own-0.2MPa-1")
+    np.testing.assert_allclose(own.samples.theta[0], calibrated.most_probable.theta, rtol=1e-5)
+    assert len(Library.read(alone / "work" / "runs-at-draws-stress-only").samples) == 30
+    with (alone / "tables" / "table-10.csv").open(encoding="utf-8", newline="") as file:
+        settings = {row["setting"] for row in csv.DictReader(file) if row["graincal median"]}
+    assert settings >= {"0.2 MPa, our parameters", "0.2 MPa, our parameters, posterior"}
+
+
+def test_work_in_another_place_is_gone_on_with(alone, data, tmp_path):
+    """Of runs that a calibration learnt from it counts what they are, and not where they were: also of one that is not at its end."""
+    shutil.copytree(alone, tmp_path / "study")
+    piece = tmp_path / "study" / "work" / "synthetic-mid-posterior-stress-only-seed-1"
+    with closing(sqlite3.connect(piece / DATABASE)) as database, database:
+        database.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
+    said = " ".join(reproduced(data, tmp_path / "study", *FOLLOWING))
+    assert "could not be run" not in said and "stress-only: 1 of" in said
+    assert tables(tmp_path / "study") == tables(alone)
+
+
+def test_work_at_its_end_of_other_settings_is_left_out_and_said(alone, data, tmp_path):
+    """And so is what follows from it. Nothing is overwritten."""
+    shutil.copytree(alone, tmp_path / "study")
+    work = tmp_path / "study" / "work"
+    with closing(sqlite3.connect(work / "synthetic-mid-posterior-seed-1" / DATABASE)) as database, database:
+        database.execute("UPDATE meta SET value = json_set(value, '$.commit', 'another') WHERE key = 'provenance'")
+        database.execute("UPDATE meta SET value = json_set(value, '$.seed', 17) WHERE key = 'description'")
+    before = {path: path.read_bytes() for path in work.glob(f"*/{DATABASE}")}
+    said = " ".join(reproduced(data, tmp_path / "study", *FOLLOWING))
+    assert "this was made by other settings" in said and "what it follows from is left out" in said
+    page = (tmp_path / "study" / "index.html").read_text(encoding="utf-8")
+    assert "this was made by other settings" in page and "1 of " in page
+    assert {path: path.read_bytes() for path in work.glob(f"*/{DATABASE}")} == before
+
+
+def test_two_commands_in_one_folder_are_refused(made, data, call):
+    folder, _ = made
+    before = tables(folder)
+    with alone_in(folder / "work"):
+        ended = call(*arguments(data, folder))
+    assert ended.code == 1 and "another process is running studies in this folder" in ended.err.replace("\n", " ")
+    assert tables(folder) == before and call(*arguments(data, folder)).code == 0
+
+
+def test_what_a_folder_was_made_with_is_read_or_refused(made, data, tmp_path, call):
+    folder, _ = made
+    shutil.copytree(folder, tmp_path / "study")
+    kept = tmp_path / "study" / "work" / "made-with.json"
+    kept.write_text(kept.read_text()[:20])
+    ended = call(*arguments(data, tmp_path / "study"))
+    assert ended.code == 1 and "cannot be understood" in ended.err.replace("\n", " ")
+    kept.unlink()
+    assert call(*arguments(data, tmp_path / "study")).code == 0 and kept.read_text() == (folder / "work" / "made-with.json").read_text()
+
+
+def without_weights(folder):
+    """Take the weights of all iterations from a calibration."""
+    with closing(sqlite3.connect(folder / DATABASE)) as database, database:
+        database.execute("UPDATE iteration SET unweighted = 'none', s = NULL, effective_sample_size = NULL, gl_error = NULL")
+
+
+def test_a_calibration_without_weights_stops_no_study(alone, data, tmp_path):
+    """All that follows from it is said not to be known, of all studies that use it."""
+    shutil.copytree(alone, tmp_path / "study")
+    work = tmp_path / "study" / "work"
+    without_weights(work / PIECES[1])
+    for name in ("runs-at-own-0.2MPa-1", "runs-at-own-1MPa-1"):
+        shutil.rmtree(work / name)
+    assert "what they follow from found none" in " ".join(reproduced(data, tmp_path / "study", *FOLLOWING))
+    page = (tmp_path / "study" / "index.html").read_text(encoding="utf-8")
+    assert "what they follow from found none" in page and "could not be evaluated" not in page
+
+
+def test_iterations_without_weights_leave_the_others_in_their_rows(made, data, tmp_path, call):
+    folder, _ = made
+    shutil.copytree(folder, tmp_path / "study")
+    with closing(sqlite3.connect(tmp_path / "study" / "work" / PIECES[1] / DATABASE)) as database, database:
+        database.execute("UPDATE iteration SET unweighted = 'none', s = NULL, effective_sample_size = NULL, gl_error = NULL WHERE id = 1")
+    assert call(*arguments(data, tmp_path / "study")).code == 0
+    read = [list(csv.DictReader((each / "tables" / f"{STUDY}.csv").open(encoding="utf-8", newline=""))) for each in (folder, tmp_path / "study")]
+    of = [{(row["setting"], row["quantity"]): row["graincal median"] for row in rows} for rows in read]
+    assert of[1] == {key: "" if key[0] == "iteration 1" else value for key, value in of[0].items()}
+
+
+def test_a_mistake_in_one_study_costs_the_others_no_page(made, data, tmp_path, call, monkeypatch):
+    def broken(*arguments):
+        raise ZeroDivisionError("nothing to divide by")
+
+    folder, _ = made
+    shutil.copytree(folder, tmp_path / "study")
+    monkeypatch.setattr(Proof, "findings", broken)
+    reproduction = Reproduction([STUDIES[STUDY], STUDIES["proof"]], Setup(data, 1, size=QUICK), tmp_path / "study", "Studies")
+    reproduction.write()
+    page = (tmp_path / "study" / "index.html").read_text(encoding="utf-8")
+    assert list(reproduction.broken) == ["proof"] and "ZeroDivisionError: nothing to divide by" in page and "16.46" in page
+
+
+def test_as_many_run_at_once_as_workers_are_asked_for(data, tmp_path):
+    setup = Setup(data, workers=1, size=QUICK)
+    for case in [case for study in STUDIES.values() for case in study.cases(setup, Done(tmp_path))]:
+        assert all(work.workers == 1 for work in case.work if isinstance(work, Running))

@@ -22,7 +22,8 @@ def width(runs: Sequence[Response]) -> float:
 def ratio_of_widths(name: str, runs: Sequence[Sequence[Response]], others: Sequence[Sequence[Response]], where: str) -> Values:
     """The widths by the runs of each seed over the median of the others'.
 
-    Its floor is what the ratio may be off by for so few draws (bootstrap, Efron 1979, Ann. Statist. 7), half of an interval of 95 %. For one seed its spread is that of the others, as parts of them.
+    Its floor is what the ratio may be off by for so few draws (bootstrap, Efron 1979, Ann. Statist. 7), half of an interval of 95 %. For one seed its
+    spread is that of the others, as parts of them.
     """
     widths, known = ([each for each in map(width, many) if np.isfinite(each)] for many in (runs, others))
     if not widths or not known:

@@ -17,7 +17,8 @@ PAPER, FLOOR = "the paper", "runs at the same parameters"
 
 
 def beside(table: Table) -> Shown:
-    """A column a quantity; of each setting the paper's row, and ours below it: the median over seeds, and their range where there are several. Below each group of settings that have one floor there is
+    """A column a quantity; of each setting the paper's row, and ours below it: the median over seeds, and their range where there are several. Below
+    each group of settings that have one floor there is
     that floor."""
     quantities, labels = tuple(dict.fromkeys(row.quantity for row in table.rows)), parameter_labels()
     settings = {name: [row for row in table.rows if row.setting == name] for name in dict.fromkeys(row.setting for row in table.rows)}

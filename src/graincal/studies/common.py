@@ -33,7 +33,9 @@ def on_synthetic(
     alpha, only = round(samples / 8.05), "-stress-only" if recorded else ""
     size = forecast.by_the_paper(setup, SYNTHETIC_PARTICLES, box, samples, iterations)
     said = ", stress only" if recorded else ""
-    return calibrations(f"{box}, α = {alpha}{said}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, size, needs_synthetic(setup))
+    return calibrations(
+        f"{box}, α = {alpha}{said}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, size, needs_synthetic(setup)
+    )
 
 
 def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:
@@ -95,14 +97,24 @@ def runs_after(
 
 
 def _running(
-    setup: Setup, setting: str, name: str, theta: Callable[[], Sequence[Sequence[float]]], count: int, times: int, particles: int, pressure: float, own: bool
+    setup: Setup,
+    setting: str,
+    name: str,
+    theta: Callable[[], Sequence[Sequence[float]]],
+    count: int,
+    times: int,
+    particles: int,
+    pressure: float,
+    own: bool,
 ) -> Work:
     size = forecast.runs(setup, particles, count * times)
     return Running(name, setting, size, lambda: setup.test(particles, pressure, own), theta, times, space("extra wide"), workers=setup.workers)
 
 
 def at_truth(setup: Setup) -> Case:
-    """Runs at the exact parameters of the synthetic reference: by what they differ is the floor of all studies on it, and their fabric is what others are compared with."""
+    """Runs at the exact parameters of the synthetic reference: by what they differ is the floor of all studies on it, and their fabric is what others
+    are compared with.
+    """
     return runs_at(setup, "runs at the exact parameters", "runs-at-truth", [paper.TRUTH])
 
 
@@ -114,7 +126,9 @@ def floor_on_synthetic(setup: Setup, done: Done) -> dict[str, float]:
 
 
 def at_toyoura(setup: Setup, particles: int, pressure: float = PRESSURE) -> Case:
-    """Runs at what the paper calibrated on Toyoura sand at 0.5 MPa: by what they differ is the floor of studies on that sand, with so many particles and at this pressure in Pa."""
+    """Runs at what the paper calibrated on Toyoura sand at 0.5 MPa: by what they differ is the floor of studies on that sand, with so many particles
+    and at this pressure in Pa.
+    """
     elsewhere = "" if pressure == PRESSURE else f"-{pressure / 1e6:g}MPa"
     own = "" if setup.has_packing(particles) else "-own"
     setting = f"runs of {particles} particles at the paper's calibrated parameters and {pressure / 1e6:g} MPa"

@@ -29,7 +29,10 @@ PRINTED = {
     9: {ERROR: 1.51},
     10: {STRESS: 1.06, STRAIN: 1.20, ERROR: 1.13},
 }
-"""By iteration, of the sample of the largest weight. The text's 3.79 and 15.55 are read as those of iteration 1: otherwise the drop to iteration 5 that it states does not come out."""
+"""By iteration, of the sample of the largest weight.
+
+The text's 3.79 and 15.55 are read as those of iteration 1: otherwise the drop to iteration 5 that it states does not come out.
+"""
 
 SWINGS, HALF, LAST = 3, 5, 10
 ACCEPTABLE = 5.0
@@ -59,7 +62,9 @@ class Errors(Study):
             lines += rows(f"iteration {number}", PRINTED.get(number, {}), there, scatter, (STRESS, STRAIN, ERROR), missing=calibrated.missing)
         table = Table("errors", "Errors of the most probable sample along the iterations", tuple(lines))
         figures = {18: _figure(along[0])} if along else {}
-        notes = ('The method "posterior" is not beside: it has no iterations whose samples follow from those before, and no most probable one among them.',)
+        notes = (
+            'The method "posterior" is not beside: it has no iterations whose samples follow from those before, and no most probable one among them.',
+        )
         return Findings((table,), figures, _conclusions(along, _last_gl_errors(results), scatter), notes)
 
 
@@ -75,7 +80,8 @@ def _last_gl_errors(results: Sequence[Result]) -> list[float]:
 def _figure(along: Along) -> Figure:
     numbers = np.array(sorted(along), dtype=float)
     lines = tuple(
-        Line(numbers, np.array([along[int(number)].errors[name] for number in numbers]), distinct(k), name.removesuffix(" [%]")) for k, name in enumerate((ERROR, STRESS, STRAIN))
+        Line(numbers, np.array([along[int(number)].errors[name] for number in numbers]), distinct(k), name.removesuffix(" [%]"))
+        for k, name in enumerate((ERROR, STRESS, STRAIN))
     )
     panel = Panel("", counting_axis("iteration", 0, max(1, numbers[-1])), Axis("error [%]"), lines)
     return Figure("figure-18", "Errors along the iterations", "Of the sample of the largest weight, the first seed.", (panel,), columns=1)
@@ -95,7 +101,9 @@ def _conclusions(along: Sequence[Along], last_gl_errors: Sequence[float], scatte
     return conclusions(
         {
             "ε falls steadily.": at_most(rises, 0.0),
-            f"The errors of stress and of strain swing against each other up to iteration {SWINGS}: in some step one falls and the other rises.": _swings(along, scatter),
+            f"The errors of stress and of strain swing against each other up to iteration {SWINGS}: in some step one falls and the other rises.": _swings(
+                along, scatter
+            ),
             f"Most of it is gained by iteration {HALF}.": smaller(late, early),
             f"An acceptable fit is there at iteration {HALF}: ε is at most 5 % (the paper: 3.11 %).": at_most(half, ACCEPTABLE),
             "The most probable sample fits better than the mean of all samples does.": smaller(last, last_of_all),
@@ -116,5 +124,7 @@ def _swings(along: Sequence[Along], scatter: Mapping[str, float]) -> Judgement:
         early = [each[number] for number in range(SWINGS + 1) if number in each]
         stress, strain = (np.diff([fit.errors[name] for fit in early]) for name in (STRESS, STRAIN))
         found.append(max(np.minimum(np.maximum(-stress, -strain), np.maximum(stress, strain)), default=np.nan))
-    swing = Values.of_finite("what one error falls by and the other rises by at least, in one step,", found, max(floors) if floors else None, " percentage points")
+    swing = Values.of_finite(
+        "what one error falls by and the other rises by at least, in one step,", found, max(floors) if floors else None, " percentage points"
+    )
     return at_least(swing, EXACT)

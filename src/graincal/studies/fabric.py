@@ -98,11 +98,23 @@ def _table_11(
     for setting, printed in PRINTED.items():
         errors = apart.get(setting, {})
         for name, value in zip(FABRIC, printed):
-            lines.append(Row(f"{setting}, the paper's parameters", FABRIC[name], value, (errors[name],) if errors else (), scatter[name], missing=missing[setting]))
+            lines.append(
+                Row(
+                    f"{setting}, the paper's parameters",
+                    FABRIC[name],
+                    value,
+                    (errors[name],) if errors else (),
+                    scatter[name],
+                    missing=missing[setting],
+                )
+            )
     for setting, many in (*ours.items(), ("mid", by_posterior)):
         method = POSTERIOR if setting == "mid" else ITERATIVE
         if many:
-            lines += [Row(f"{setting}, our parameters", FABRIC[name], None, tuple(errors[name] for _, errors in many), single[name], method) for name in FABRIC]
+            lines += [
+                Row(f"{setting}, our parameters", FABRIC[name], None, tuple(errors[name] for _, errors in many), single[name], method)
+                for name in FABRIC
+            ]
     return Table(11, "Errors of the fabric", tuple(lines))
 
 
@@ -147,7 +159,10 @@ def _conclusions(apart: Mapping[str, dict[str, float]], scatter: Mapping[str, fl
     by_grade = [smaller(error(good, name), error(poor, name)) for name in ("coordination_number", "a_c", "a_n") for poor in POOR for good in GOOD]
     correlations = _correlations(every)
     with_stress = [
-        correlation_at_least(f"the correlation of the errors of stress ratio and {shown[name]}", correlations.get((STRESS, name), np.nan), len(every), 0.7) for name in FABRIC
+        correlation_at_least(
+            f"the correlation of the errors of stress ratio and {shown[name]}", correlations.get((STRESS, name), np.nan), len(every), 0.7
+        )
+        for name in FABRIC
     ]
     return conclusions(
         {

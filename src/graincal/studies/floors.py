@@ -34,7 +34,10 @@ def at(runs: Sequence[Response], control: NDArray[np.float64]) -> list[Response]
 
 
 def errors_between(run: Curves, other: Curves, shares: Mapping[str, float]) -> dict[str, float]:
-    """Eq. 5 of each observable and Eq. 6 of the curves of one run against others at the same states, percent. shares: the variance shares of the observables."""
+    """Eq. 5 of each observable and Eq.
+
+    6 of the curves of one run against others at the same states, percent. shares: the variance shares of the observables.
+    """
     by_observable = [float(curve_error(run[name], other[name])) for name in shares]
     trust = 1 / np.array(list(shares.values()))
     return {ERROR_OF[name]: error for name, error in zip(shares, by_observable)} | {ERROR: float(by_observable @ trust / trust.sum())}
@@ -46,13 +49,17 @@ def fabric_errors(run: Response, truth: Response) -> dict[str, float]:
 
 
 def floor(runs: Sequence[Response], control: NDArray[np.float64], shares: Mapping[str, float]) -> dict[str, float]:
-    """What runs at the same parameters differ by: Eq. 5 and Eq. 6 of one against another, the median over all pairs, percent. Nothing for fewer than two."""
+    """What runs at the same parameters differ by: Eq. 5 and Eq. 6 of one against another, the median over all pairs, percent. Nothing for fewer than
+    two.
+    """
     pairs = [errors_between(one.values, other.values, shares) for one, other in combinations(at(runs, control), 2)]
     return {name: float(np.median([pair[name] for pair in pairs])) for name in pairs[0]} if pairs else {}
 
 
 def floor_of(runs: Sequence[Response], name: str) -> float | None:
-    """What runs at the same parameters, on the same states, differ by in one quantity: Eq. 5 of one against another, the median over all pairs, percent; None for fewer than two."""
+    """What runs at the same parameters, on the same states, differ by in one quantity: Eq. 5 of one against another, the median over all pairs,
+    percent; None for fewer than two.
+    """
     errors = [curve_error(one.values[name], other.values[name]) for one, other in combinations(runs, 2)]
     return float(np.median(errors)) if errors else None
 

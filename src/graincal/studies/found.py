@@ -28,7 +28,8 @@ QUANTITIES = (*paper.PARAMETERS, STRESS, STRAIN, ERROR)
 class Fit:
     """Parameters that a calibration came to.
 
-    theta (n,); errors: by quantity, percent. response: a run at them, or the mean of several. last: the last iteration, None by methods without one. stopped_by: the criterion that ended the calibration.
+    theta (n,); errors: by quantity, percent. response: a run at them, or the mean of several. last: the last iteration, None by methods without one.
+    stopped_by: the criterion that ended the calibration.
     evaluations: how many it took.
     """
 
@@ -52,7 +53,9 @@ class Fit:
 
 
 def fit(result: Result) -> Fit | None:
-    """By the paper's method the sample of the largest weight in the last iteration, which it reports; by the method "posterior" the answer, with the mean of its runs. None where there is none."""
+    """By the paper's method the sample of the largest weight in the last iteration, which it reports; by the method "posterior" the answer, with the
+    mean of its runs. None where there is none.
+    """
     if result.has_posterior:
         answer = result.answer
         if answer is None or not len(answer.samples) or (response := result.mean_response(answer)) is None:
@@ -64,7 +67,14 @@ def fit(result: Result) -> Fit | None:
 def fit_of(result: Result, sample: int) -> Fit:
     """Of one sample, by its id."""
     (row,) = np.flatnonzero(result.ids == sample)
-    return Fit(result.samples[row], _errors(result, result.ids == sample), result.response(sample), result.iterations[-1].index, result.stopped_by or "", result.evaluations)
+    return Fit(
+        result.samples[row],
+        _errors(result, result.ids == sample),
+        result.response(sample),
+        result.iterations[-1].index,
+        result.stopped_by or "",
+        result.evaluations,
+    )
 
 
 def fit_in(result: Result, iteration: Iteration) -> Fit | None:
@@ -100,7 +110,16 @@ def rows(
     """The rows of one setting: what the paper printed beside what the calibrations of all seeds came to. missing: why they cannot be run."""
     numbers = [each.numbers for each in found]
     return [
-        Row(setting, name, printed.get(name), tuple(each[name] for each in numbers if name in each), floor.get(name), method, missing, cut(found) if method == ITERATIVE else "")
+        Row(
+            setting,
+            name,
+            printed.get(name),
+            tuple(each[name] for each in numbers if name in each),
+            floor.get(name),
+            method,
+            missing,
+            cut(found) if method == ITERATIVE else "",
+        )
         for name in quantities
     ]
 
@@ -113,8 +132,12 @@ def cut(found: Sequence[Fit]) -> str:
     return f"{how_many}cut at {those[0].last + 1} iterations"
 
 
-def values(name: str, found: Sequence[Fit], quantity: str, floor: Mapping[str, float], unit: str = " %", elsewhere: Elsewhere | None = None) -> Values:
-    """What a conclusion speaks of: a quantity of the calibrations of one setting. That these were cut is said with its name. Parameters and iterations have no floor but the spread of the seeds."""
+def values(
+    name: str, found: Sequence[Fit], quantity: str, floor: Mapping[str, float], unit: str = " %", elsewhere: Elsewhere | None = None
+) -> Values:
+    """What a conclusion speaks of: a quantity of the calibrations of one setting. That these were cut is said with its name. Parameters and
+    iterations have no floor but the spread of the seeds.
+    """
     known = floor.get(quantity) if quantity in (STRESS, STRAIN, ERROR) else EXACT
     named = f"{name} ({how})" if (how := cut(found)) else name
     return Values.of_finite(named, [each.numbers.get(quantity, np.nan) for each in found], known, unit, elsewhere=elsewhere)

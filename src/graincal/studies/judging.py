@@ -12,10 +12,14 @@ from graincal.notation import numbers
 HOLDS, DOES_NOT_HOLD, CANNOT_BE_TOLD = "holds", "does not hold", "cannot be told"
 
 EXACT = 0.0
-"""The floor of what runs at the same parameters do not change, and of what they change no more than seeds do, which have other runs too: a calibrated parameter, a number of iterations."""
+"""The floor of what runs at the same parameters do not change, and of what they change no more than seeds do, which have other runs too: a calibrated
+parameter, a number of iterations.
+"""
 
 SEED, RUN, NUMBER = "seed", "run", ""
-"""What there are several of: calibrations by other random numbers, repeated runs at the same parameters, or one number that stands for all of them, as a mean does."""
+"""What there are several of: calibrations by other random numbers, repeated runs at the same parameters, or one number that stands for all of them,
+as a mean does.
+"""
 
 SURE = 1.96
 """Standard deviations of an interval of 95 %."""
@@ -31,7 +35,10 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """The spread of a quantity over the seeds of another setting, which stands for that of a setting with one seed. size: in the quantity's unit; NaN where there are no several seeds there either."""
+    """The spread of a quantity over the seeds of another setting, which stands for that of a setting with one seed.
+
+    size: in the quantity's unit; NaN where there are no several seeds there either.
+    """
 
     size: float
     where: str
@@ -41,7 +48,8 @@ class Elsewhere:
 class Values:
     """A quantity of which a conclusion speaks.
 
-    name: what it is called. values: one a seed or run (`of`), in `unit`. floor: by how much runs at the same parameters differ in it; NaN where that is not known. elsewhere: how far seeds spread where
+    name: what it is called. values: one a seed or run (`of`), in `unit`. floor: by how much runs at the same parameters differ in it; NaN where that
+    is not known. elsewhere: how far seeds spread where
     there are several, for a setting with one.
     """
 
@@ -53,7 +61,9 @@ class Values:
     elsewhere: Elsewhere | None = None
 
     @classmethod
-    def of_finite(cls, name: str, values: Iterable[float], floor: float | None, unit: str = " %", of: str = SEED, elsewhere: Elsewhere | None = None) -> Values:
+    def of_finite(
+        cls, name: str, values: Iterable[float], floor: float | None, unit: str = " %", of: str = SEED, elsewhere: Elsewhere | None = None
+    ) -> Values:
         """Those that are finite. floor: None where it is not known."""
         return cls(name, tuple(float(value) for value in values if np.isfinite(value)), np.nan if floor is None else floor, unit, of, elsewhere)
 
@@ -94,12 +104,17 @@ def smaller(one: Values, other: Values) -> Judgement:
 
 
 def differ(one: Values, other: Values) -> Judgement:
-    """Whether two quantities are apart, in whatever direction, by more than runs at the same parameters differ and more than the seeds spread. That they are alike cannot be told."""
+    """Whether two quantities are apart, in whatever direction, by more than runs at the same parameters differ and more than the seeds spread.
+
+    That they are alike cannot be told.
+    """
     return _judge([one, other], lambda: abs(other.median - one.median))
 
 
 def at_most(one: Values, limit: float) -> Judgement:
-    """Whether a quantity is at most a number: where all its values are below, and their median by more than runs at the same parameters differ; and is not where all are above, by as much."""
+    """Whether a quantity is at most a number: where all its values are below, and their median by more than runs at the same parameters differ; and
+    is not where all are above, by as much.
+    """
     return _judge([one], lambda: limit - one.median, limit)
 
 
@@ -146,16 +161,22 @@ def all_of(judgements: Sequence[Judgement]) -> Judgement:
             return Judgement(verdict, found[0].reason + count)
     if not judgements:
         return Judgement(CANNOT_BE_TOLD, "Nothing of it was run.")
-    return Judgement(HOLDS, " ".join(each.reason for each in judgements[:2]) + (f" So it is in all {len(judgements)} comparisons." if len(judgements) > 2 else ""))
+    return Judgement(
+        HOLDS, " ".join(each.reason for each in judgements[:2]) + (f" So it is in all {len(judgements)} comparisons." if len(judgements) > 2 else "")
+    )
 
 
 def correlation_at_least(name: str, correlation: float, count: int, limit: float) -> Judgement:
-    """Whether Pearson's coefficient of `count` pairs is at least a number, outside its interval of 95 % (Fisher 1921, Metron 1: its inverse hyperbolic tangent has a standard deviation of 1/√(count − 3))."""
+    """Whether Pearson's coefficient of `count` pairs is at least a number, outside its interval of 95 % (Fisher 1921, Metron 1: its inverse
+    hyperbolic tangent has a standard deviation of 1/√(count − 3)).
+    """
     if count < 4 or not np.isfinite(correlation):
         return Judgement(CANNOT_BE_TOLD, f"{sentence(name)} is not known: it was not run.")
     wide = SURE / np.sqrt(count - 3)
     low, high = np.tanh(np.arctanh(np.clip(correlation, -0.9999, 0.9999)) + np.array([-wide, wide]))
-    said = f"{sentence(name)} is {correlation:.2f}, and its interval of 95 % is {low:.2f} to {high:.2f} by {count} calibrations; the limit is {limit:g}"
+    said = (
+        f"{sentence(name)} is {correlation:.2f}, and its interval of 95 % is {low:.2f} to {high:.2f} by {count} calibrations; the limit is {limit:g}"
+    )
     if low <= limit <= high:
         return Judgement(CANNOT_BE_TOLD, f"{said}: it lies within.")
     return Judgement(HOLDS if low > limit else DOES_NOT_HOLD, f"{said}.")

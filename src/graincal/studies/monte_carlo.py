@@ -46,7 +46,9 @@ FACTORS = {STRESS: 3.77, STRAIN: 4.10}
 
 @dataclass(frozen=True)
 class _At:
-    """What was found at one confining pressure: the fits by GL, MC, MC 80 and posterior, the floor, the reference where there is one, and why nothing can be run where that is so."""
+    """What was found at one confining pressure: the fits by GL, MC, MC 80 and posterior, the floor, the reference where there is one, and why nothing
+    can be run where that is so.
+    """
 
     pressure: float
     found: Mapping[str, list[Fit]]
@@ -73,7 +75,11 @@ class MonteCarlo(Study):
     def findings(self, setup: Setup, done: Done) -> Findings:
         at = [_found(setup, done, pressure) for pressure in PRESSURES]
         results = {each.name: done.results(_cases(setup, each.pressure)["GL"]) for each in at}
-        series = {f"{name}, seed {result.calibration.seed}": [one.gl_error for one in result.iterations] for name, many in results.items() for result in many}
+        series = {
+            f"{name}, seed {result.calibration.seed}": [one.gl_error for one in result.iterations]
+            for name, many in results.items()
+            for result in many
+        }
         notes = (
             "The paper does not say how many samples its Monte Carlo filter had: it is run with 80, which are iteration 0 of the iterative filter, "
             f"and with {AS_MANY}, as many as the paper's iterative filter took at 0.5 MPa.",
@@ -134,11 +140,15 @@ def _errors_table(at: Sequence[_At]) -> Table:
         medians = [float(np.median([fit.errors[quantity] for fit in each.found[who]])) for each in at if each.found[who]]
         for which, value, ours in zip(("smallest", "largest"), printed, (min(medians, default=np.nan), max(medians, default=np.nan))):
             # Over two pressures they are no numbers that compare with the paper's.
-            lines.append(Row(f"{who}, {which} of three pressures", quantity, value, (ours,) if len(medians) == len(PRESSURES) else (), missing=missing))
+            lines.append(
+                Row(f"{who}, {which} of three pressures", quantity, value, (ours,) if len(medians) == len(PRESSURES) else (), missing=missing)
+            )
     for each in at:
         for quantity in (STRESS, STRAIN):
             factors = [one.errors[quantity] / other.errors[quantity] for one, other in zip(each.found["MC"], each.found["GL"])]
-            lines.append(Row(f"{each.name}, MC over GL", quantity, FACTORS[quantity] if each.pressure == 0.5e6 else None, tuple(factors), missing=each.missing))
+            lines.append(
+                Row(f"{each.name}, MC over GL", quantity, FACTORS[quantity] if each.pressure == 0.5e6 else None, tuple(factors), missing=each.missing)
+            )
     notes = ("Ours over all pressures are of the medians over seeds, and where all three are there. The last three rows are ratios, seed by seed.",)
     return Table("monte-carlo", "Errors of both filters", tuple(lines), notes)
 
@@ -147,7 +157,9 @@ def _conclusions(at: Sequence[_At]) -> tuple[Conclusion, ...]:
     claims = {}
     for each in at:
         printed = " (the paper: 3.77 and 4.10 times)" if each.pressure == 0.5e6 else ""
-        claims[f"At {each.name} the iterative filter fits both observables better than the Monte Carlo filter with {AS_MANY} samples{printed}."] = _better(each)
+        claims[f"At {each.name} the iterative filter fits both observables better than the Monte Carlo filter with {AS_MANY} samples{printed}."] = (
+            _better(each)
+        )
     middle = next(each for each in at if each.pressure == 0.5e6)
     claims["At 0.5 MPa both filters end in different minima: ν, β_{m} and η_{m} differ."] = _other_minimum(middle)
     claims["log E and ν rise, and φ falls, with the confining pressure."] = _by_pressure(at)
@@ -156,7 +168,8 @@ def _conclusions(at: Sequence[_At]) -> tuple[Conclusion, ...]:
 
 def _better(at: _At) -> Judgement:
     compared = [
-        [values(f"{quantity.removesuffix(' [%]')} of {name} at {at.name}", at.found[name], quantity, at.floor) for name in ("GL", "MC")] for quantity in (STRESS, STRAIN)
+        [values(f"{quantity.removesuffix(' [%]')} of {name} at {at.name}", at.found[name], quantity, at.floor) for name in ("GL", "MC")]
+        for quantity in (STRESS, STRAIN)
     ]
     judged = all_of([smaller(*each) for each in compared])
     if not (at.found["GL"] and at.found["MC"]):
@@ -191,7 +204,9 @@ def _figures(at: Sequence[_At], series: Mapping[str, Sequence[float]]) -> dict[i
         for number, (named, (stress, strain)) in enumerate(arrows.items()):
             marks += [Line(stress, strain, distinct(number), f"{named}, from MC to GL"), Points(stress[:1], strain[:1], REFERENCE, "MC")]
         caption = "A line for each pressure, of the first seed; the ring at its end is the Monte Carlo filter."
-        figures[4] = Figure("figure-04", "Errors of both observables, by MC and by GL", caption, (Panel("", Axis(STRESS), Axis(STRAIN), tuple(marks)),), columns=1)
+        figures[4] = Figure(
+            "figure-04", "Errors of both observables, by MC and by GL", caption, (Panel("", Axis(STRESS), Axis(STRAIN), tuple(marks)),), columns=1
+        )
     if series:
         caption = "Eq. 7, a line for each seed. The paper's calibrations end between iterations 6 and 10, at 3.58 to 5.98 %."
         figures[5] = over_iterations("figure-05", "GL error over iterations", caption, series, "ε_{GL} [%]")

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from graincal.studies.running import Plan
 
 
-def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan, title: str, failed: Mapping[str, str], broken: Mapping[str, str]) -> str:
+def render(
+    found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan, title: str, failed: Mapping[str, str], broken: Mapping[str, str]
+) -> str:
     """The whole page. failed: why work could not be run, by its name. broken: why a study's numbers could not be evaluated, by its name."""
     page = Page(title, _subtitle(setup))
     page.heading("What came out")
@@ -31,9 +33,14 @@ def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan
     for study, findings in found.items():
         page.heading(study.title)
         page.paragraph([f"{study.question} ({study.where}; graincal reproduce hartmann2022 --study {study.name})"])
-        page.paragraph([*([f"Its numbers could not be evaluated, {broken[study.name]}"] if study.name in broken else []), *_state(study, plan, done, failed)], "note")
+        page.paragraph(
+            [*([f"Its numbers could not be evaluated, {broken[study.name]}"] if study.name in broken else []), *_state(study, plan, done, failed)],
+            "note",
+        )
         if findings.conclusions:
-            page.table(Shown(("conclusion", "by graincal", "why"), tuple((_claim(each), *_judged(each, setup)) for each in findings.conclusions), figures=3))
+            page.table(
+                Shown(("conclusion", "by graincal", "why"), tuple((_claim(each), *_judged(each, setup)) for each in findings.conclusions), figures=3)
+            )
         for table in findings.tables:
             page.subheading(table.heading)
             page.table(beside(table))
@@ -61,9 +68,20 @@ def _summary(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Pl
     rows = []
     for study, findings in found.items():
         verdicts = [_judged(each, setup)[0] for each in findings.conclusions if each.of_paper]
-        rows.append((study.title, study.where, *(str(verdicts.count(word)) for word in (HOLDS, DOES_NOT_HOLD, CANNOT_BE_TOLD)), *_cost(plan.of_study[study.name], done)))
+        rows.append(
+            (
+                study.title,
+                study.where,
+                *(str(verdicts.count(word)) for word in (HOLDS, DOES_NOT_HOLD, CANNOT_BE_TOLD)),
+                *_cost(plan.of_study[study.name], done),
+            )
+        )
     rows.append(("all together, what several share counted once", "", "", "", "", *_cost(plan.all, done)))
-    return Shown(("study", "in the paper", "the paper's conclusions that hold", "that do not hold", "that cannot be told", "runs", "core hours"), tuple(rows), figures=2)
+    return Shown(
+        ("study", "in the paper", "the paper's conclusions that hold", "that do not hold", "that cannot be told", "runs", "core hours"),
+        tuple(rows),
+        figures=2,
+    )
 
 
 def _cost(work: Sequence[Work], done: Done) -> tuple[str, str]:
@@ -87,8 +105,9 @@ def _subtitle(setup: Setup) -> str:
 
 def _method(setup: Setup) -> Sequence[str]:
     return (
-        'Calibrations are made by the paper\'s method with its only criterion of stopping, s at most 0.01, and many of them by graincal\'s method "posterior" too. '
-        f"The density of grains is scaled by 1,000 at every confining pressure, as in the paper. The engine's accuracy is \"{ACCURACY}\".",
+        "Calibrations are made by the paper's method with its only criterion of stopping, s at most 0.01, "
+        "and many of them by graincal's method \"posterior\" too. "
+        f'The density of grains is scaled by 1,000 at every confining pressure, as in the paper. The engine\'s accuracy is "{ACCURACY}".',
         f"Seeds of a calibration: {len(setup.short)} in studies that take at most an hour a seed, {len(setup.long)} in longer ones.",
         "A conclusion rests on a difference. Where runs at the same parameters differ by as much, or seeds spread as far, it cannot be told. "
         "For a setting with one seed the spread is taken from a setting of the same study that has several, which is named.",

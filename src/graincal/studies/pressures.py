@@ -48,7 +48,10 @@ class Pressures(Study):
         return Findings((table,), figures, conclusions({_CLAIM: all_of(judged)}))
 
 
-_CLAIM = "Parameters that were calibrated at one pressure predict the test at others: errors are at most the paper's plus what runs at the same parameters differ by."
+_CLAIM = (
+    "Parameters that were calibrated at one pressure predict the test at others: "
+    "errors are at most the paper's plus what runs at the same parameters differ by."
+)
 
 
 def _cases(setup: Setup, done: Done, pressure: float) -> dict[str, Case]:
@@ -62,13 +65,17 @@ def _cases(setup: Setup, done: Done, pressure: float) -> dict[str, Case]:
 
     return {
         "truth": runs_at(setup, f"the exact parameters {named}", f"runs-at-truth-{at_pressure}", [paper.TRUTH], pressure=pressure),
-        "paper": runs_at(setup, f"the paper's calibrated parameters {named}", f"runs-at-calibrated-{at_pressure}", [paper.CALIBRATED], pressure=pressure),
+        "paper": runs_at(
+            setup, f"the paper's calibrated parameters {named}", f"runs-at-calibrated-{at_pressure}", [paper.CALIBRATED], pressure=pressure
+        ),
         ITERATIVE: own("our calibrated parameters", "runs-at-own", proof(setup)),
         POSTERIOR: own('our answers by "posterior"', "runs-at-posterior", proof_by_posterior(setup, done)),
     }
 
 
-def _rows(setting: str, printed: Mapping[str, float], errors: Mapping[str, tuple[float, ...]], scatter: Mapping[str, float], missing: str, method: str) -> list[Row]:
+def _rows(
+    setting: str, printed: Mapping[str, float], errors: Mapping[str, tuple[float, ...]], scatter: Mapping[str, float], missing: str, method: str
+) -> list[Row]:
     return [Row(setting, name, printed.get(name), values, scatter.get(name), method, missing) for name, values in errors.items()]
 
 

@@ -22,7 +22,9 @@ from graincal.studies.study import Case, Done, Study
 
 PRINTED = dict(zip(paper.PARAMETERS, paper.CALIBRATED)) | {STRESS: 1.06, STRAIN: 1.20, ERROR: 1.13, ITERATIONS: 10}
 OFF = dict(zip(paper.PARAMETERS, (0.15, -18, 1.53, 20, 40)))
-"""What the paper's calibrated parameters are off the true ones by, percent: by its table, though its text calls the last three of the differences slight."""
+"""What the paper's calibrated parameters are off the true ones by, percent: by its table, though its text calls the last three of the differences
+slight.
+"""
 
 LAST_GL_ERROR = 1.88
 EXACT_ERROR = 1.7
@@ -57,7 +59,9 @@ def _of_exact(done: Done, truth: Case, reference: Reference | None) -> list[dict
 
 def _table(found: Mapping[str, Sequence[Fit]], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float], missing: str) -> Table:
     lines = [Row("synthetic", name, value, (value,)) for name, value in zip(paper.PARAMETERS, paper.TRUTH)]
-    lines += [Row("exact parameters, run again", name, None, tuple(each[name] for each in exact), scatter.get(name)) for name in (STRESS, STRAIN, ERROR)]
+    lines += [
+        Row("exact parameters, run again", name, None, tuple(each[name] for each in exact), scatter.get(name)) for name in (STRESS, STRAIN, ERROR)
+    ]
     lines += rows("calibrated", PRINTED, found[ITERATIVE], scatter, (*QUANTITIES, ITERATIONS), missing=missing)
     lines += rows("calibrated", PRINTED, found[POSTERIOR], scatter, method=POSTERIOR)
     for method, many in found.items():
@@ -81,7 +85,9 @@ def _figures(results: Sequence[Result], found: Mapping[str, Sequence[Fit]], refe
     return figures
 
 
-def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:
+def _conclusions(
+    results: Sequence[Result], found: Sequence[Fit], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float]
+) -> tuple[Conclusion, ...]:
     errors = values("ε of the calibrated parameters", found, ERROR, scatter)
     how = f" ({said})" if (said := cut(found)) else ""
     last = Values.of_finite(f"the GL error of the last iteration{how}", [result.iterations[-1].gl_error for result in results], scatter.get(ERROR))
@@ -93,7 +99,7 @@ def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequenc
         "The calibrated curve fits closely: its error is at most 2 %.": at_most(errors, 2.0),
         "The GL error ends at about 2 %: at most 2.5 %.": at_most(last, 2.5),
         "log E and φ come out close to the truth: within 1 % and 5 % of it.": all_of([at_most(off["log_E"], 1.0), at_most(off["phi"], 5.0)]),
-        "ν, β_{m} and η_{m} are off by slightly more: by at most 20 %. (By the paper's own numbers η_{m} is off by 40 %, so that this does not hold of them.)": all_of(
+        "ν, β_{m} and η_{m} are off by slightly more: by at most 20 %. (The paper's own η_{m} is off by 40 %: by its table this does not hold.)": all_of(
             [at_most(off[name], 20.0) for name in ("nu", "beta_m", "eta_m")]
         ),
     }
@@ -101,5 +107,9 @@ def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequenc
     wide = SURE * np.std(own, ddof=1) / np.sqrt(len(own)) if len(own) > 1 else None
     named = f"the mean of ε of {len(own)} runs at the exact parameters" + ("" if wide is None else f", known to ± {numbers.value(wide, 2)} %,")
     of_exact = Values.of_finite(named, [np.mean(own)] if own else [], wide, of=NUMBER)
-    again = {f"Runs at the exact parameters come as near to the paper's reference as those of another engine: their mean error is at most {EXACT_ERROR} %.": at_most(of_exact, EXACT_ERROR)}
+    again = {
+        f"Runs at the exact parameters come as near to the reference as those of another engine: their mean error is at most {EXACT_ERROR} %.": at_most(
+            of_exact, EXACT_ERROR
+        )
+    }
     return (*conclusions(claims), *conclusions(again, of_paper=False))

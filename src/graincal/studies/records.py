@@ -15,8 +15,10 @@ from graincal.studies.judging import Judgement
 class Row:
     """One number of one of the paper's tables.
 
-    setting: the row of the paper's table. quantity: its column. paper: what the paper printed, None where it printed nothing. ours: what graincal found, one number a seed; none where it was not run.
-    floor: by how much runs at one and the same parameters differ in it; None where that is not known. method: by which ours were found; none for plain runs. missing: why it cannot be run, in words.
+    setting: the row of the paper's table. quantity: its column. paper: what the paper printed, None where it printed nothing. ours: what graincal
+    found, one number a seed; none where it was not run.
+    floor: by how much runs at one and the same parameters differ in it; None where that is not known. method: by which ours were found; none for
+    plain runs. missing: why it cannot be run, in words.
     remark: what is to be said beside ours, as that calibrations were cut.
     """
 
@@ -51,7 +53,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table by the paper's number, or by a name where the paper prints its figures in the text: its title and rows. notes: what is to be said below it."""
+    """A table by the paper's number, or by a name where the paper prints its figures in the text: its title and rows. notes: what is to be said below
+    it.
+    """
 
     number: int | str
     title: str
@@ -70,7 +74,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What the paper concludes, in a sentence of ours, and what graincal's numbers say of it. of_paper: whether it is the paper's, and not one more of graincal's."""
+    """What the paper concludes, in a sentence of ours, and what graincal's numbers say of it.
+
+    of_paper: whether it is the paper's, and not one more of graincal's.
+    """
 
     claim: str
     judgement: Judgement

@@ -25,7 +25,8 @@ PARTICLE_STEPS = 1e7
 
 @dataclass(frozen=True)
 class Plan:
-    """What is left. of_study: the work of each study, by its name, of which pieces that several share are named in each; skipped: (study, case) that lack a file; after: by the name of a piece of work what
+    """What is left. of_study: the work of each study, by its name, of which pieces that several share are named in each; skipped: (study, case) that
+    lack a file; after: by the name of a piece of work what
     must be at its end before."""
 
     of_study: Mapping[str, tuple[Work, ...]]
@@ -61,7 +62,13 @@ class Reproduction:
     """Studies as they are run, in a folder. say: hears a line of text now and then. listeners: of the campaigns."""
 
     def __init__(
-        self, studies: Sequence[Study], setup: Setup, folder: Path, title: str, say: Callable[[str], None] = lambda text: None, listeners: Sequence[Listener] = ()
+        self,
+        studies: Sequence[Study],
+        setup: Setup,
+        folder: Path,
+        title: str,
+        say: Callable[[str], None] = lambda text: None,
+        listeners: Sequence[Listener] = (),
     ) -> None:
         self.studies, self.setup, self.folder, self.title, self.say, self.listeners = tuple(studies), setup, folder, title, say, listeners
         self.done = Done(folder / WORK)
@@ -112,15 +119,18 @@ class Reproduction:
     def _leave_out_other(self) -> None:
         """Work at its end that is not what is asked for now, and what follows from it, is as if it were not there."""
         for each in self.plan.all:
-            if not self.done.has(each):
-                continue
-            try:
-                if any(not self.done.has(before) for before in self.plan.after.get(each.name, ())):
-                    raise InputError("what it follows from is not at its end any more, so it is left out.")
-                each.refuse_other(self.done.folder_of(each))
-            except InputError as error:
-                self.done.other.add(each.name)
-                self._fail(each, str(error))
+            before = self.plan.after.get(each.name, ())
+            if any(one.name in self.done.other for one in before):
+                self._leave_out(each, "what it follows from is left out, and so is this.")
+            elif self.done.has(each) and all(map(self.done.has, before)):
+                try:
+                    each.refuse_other(self.done.folder_of(each))
+                except InputError as error:
+                    self._leave_out(each, str(error))
+
+    def _leave_out(self, work: Work, why: str) -> None:
+        self.done.other.add(work.name)
+        self._fail(work, why)
 
     def _waiting(self, study: Study) -> list[Work]:
         return [each for each in self.plan.of_study[study.name] if not self.done.has(each) and each.name not in self._failed]

@@ -38,7 +38,8 @@ class Missing(InputError):
 class Size:
     """How large the studies are.
 
-    particles: instead of the packings of the paper, one of our own with so many grains. of_samples: times the paper's number of samples in an iteration. most_iterations: of the iterative filter.
+    particles: instead of the packings of the paper, one of our own with so many grains. of_samples: times the paper's number of samples in an
+    iteration. most_iterations: of the iterative filter.
     most_evaluations: of the method "posterior", False for its own end. repeats: runs at one and the same parameters."""
 
     particles: int | None = None
@@ -53,7 +54,9 @@ PAPER, QUICK = Size(), Size(particles=200, of_samples=0.2, most_iterations=4, mo
 
 @dataclass(frozen=True)
 class Setup:
-    """What studies are made with: the folder of data, how many seeds a short study has and a long one, and how large they are. large: whether the packing of 27,000 grains is run."""
+    """What studies are made with: the folder of data, how many seeds a short study has and a long one, and how large they are. large: whether the
+    packing of 27,000 grains is run.
+    """
 
     data: Path
     seeds: int = 3
@@ -121,7 +124,13 @@ class Setup:
     ) -> Calibration:
         """A calibration by the paper's method and settings. samples: of one iteration; the paper's α is what gives as many (Eq. 4)."""
         options = {"alpha": self.size.of_samples * samples / ITERATION_OF_ALPHA_ONE}
-        stop = Stop(s=paper.S_LIMIT, gl_error_increment=False, error=False, error_increment=False, max_iterations=min(self.size.most_iterations, most_iterations))
+        stop = Stop(
+            s=paper.S_LIMIT,
+            gl_error_increment=False,
+            error=False,
+            error_increment=False,
+            max_iterations=min(self.size.most_iterations, most_iterations),
+        )
         return Calibration(space(box), [Experiment(TEST, test, reference)], method, options, stop, seed, self.workers)
 
     def by_the_posterior(self, test: TriaxialTest, reference: Reference, *, seed: int, box: str = "mid", same_packing: bool = False) -> Calibration:
@@ -149,4 +158,3 @@ def space(box: str = "mid") -> ParameterSpace:
 
 def _packing_file(particles: int) -> str:
     return f"packing_{particles}.csv"
-

@@ -82,7 +82,9 @@ def _table(results: Sequence[Result], posteriors: Sequence[Posterior], missing: 
 
 def _ended(found, missing: str) -> Table:
     """When the calibration ended, of the text."""
-    return Table("solutions", "The last iteration", tuple(rows(f"{PARTICLES} particles", {ITERATIONS: LAST}, found, {}, (ITERATIONS,), missing=missing)))
+    return Table(
+        "solutions", "The last iteration", tuple(rows(f"{PARTICLES} particles", {ITERATIONS: LAST}, found, {}, (ITERATIONS,), missing=missing))
+    )
 
 
 def _correlations(result: Result) -> NDArray[np.float64]:
@@ -101,7 +103,10 @@ def _planes(result: Result) -> Figure:
     styles = sequence(len(iterations))
     panels = []
     for first, second in combinations(range(len(paper.PARAMETERS)), 2):
-        marks = tuple(Points(each.samples.theta[:, first], each.samples.theta[:, second], style, f"iteration {each.index}") for each, style in zip(iterations, styles))
+        marks = tuple(
+            Points(each.samples.theta[:, first], each.samples.theta[:, second], style, f"iteration {each.index}")
+            for each, style in zip(iterations, styles)
+        )
         panels.append(Panel("", Axis(labels[paper.PARAMETERS[first]]), Axis(labels[paper.PARAMETERS[second]]), marks))
     caption = "Iteration 0 fills the ranges evenly; later ones gather where samples fit."
     return Figure("figure-07", "Samples of the first iterations", caption, tuple(panels), columns=3)
@@ -115,7 +120,9 @@ def _bundles(result: Result, reference: Reference) -> Figure:
     for each in result.iterations[: SHOWN - 1]:
         lines = [Line(100 * run.control, run.values[name], style, key) for run in _best_runs(result, each)]
         panels.append(Panel(f"iteration {each.index}", Axis("axial strain [%]"), Axis(quantity(name).axis), (*lines, measured)))
-    return Figure("figure-08", "Responses of the samples of the largest weight", "The bundle narrows from iteration to iteration.", tuple(panels), columns=3)
+    return Figure(
+        "figure-08", "Responses of the samples of the largest weight", "The bundle narrows from iteration to iteration.", tuple(panels), columns=3
+    )
 
 
 def _best_runs(result: Result, iteration: Iteration) -> list:
@@ -142,7 +149,9 @@ def _conclusions(results: Sequence[Result], several: Sequence[Result]) -> tuple[
     return conclusions(
         {
             "The samples gather: iteration 5 spreads over less than half the range of log E.": at_most(narrowed, 0.5),
-            "E is more strongly tied to ν and to β_{m} than to η_{m}.": all_of([smaller(tied("log_E", "eta_m"), tied("log_E", other)) for other in ("nu", "beta_m")]),
+            "E is more strongly tied to ν and to β_{m} than to η_{m}.": all_of(
+                [smaller(tied("log_E", "eta_m"), tied("log_E", other)) for other in ("nu", "beta_m")]
+            ),
             "β_{m} and η_{m} lie on a curved line: a parabola is better than a straight one, beyond chance.": at_least(bent, 2 * _of_chance(results)),
             "There are several minima: the samples of iteration 5 are in at least two separate groups.": at_least(apart, 1.5),
         }

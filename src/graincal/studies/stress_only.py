@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from graincal.campaign.prediction import draw
 from graincal.data import InputError, Reference, Response
 from graincal.notation.quantities import quantity
@@ -69,7 +67,10 @@ def _alone(setup: Setup) -> Case:
 
 def _posteriors(setup: Setup, done: Done) -> dict[str, Case]:
     """By the method "posterior". With stress only there is one seed, for its runs to come are the longest of the study."""
-    return {BOTH_OF: on_synthetic_by_posterior(setup, done, "mid", setup.short), ALONE: on_synthetic_by_posterior(setup, done, "mid", [1], recorded=RECORDED)}
+    return {
+        BOTH_OF: on_synthetic_by_posterior(setup, done, "mid", setup.short),
+        ALONE: on_synthetic_by_posterior(setup, done, "mid", [1], recorded=RECORDED),
+    }
 
 
 def _bands(setup: Setup, done: Done) -> dict[str, list[Case]]:
@@ -84,7 +85,11 @@ def _bands_of(setup: Setup, done: Done, name: str, posterior: Case) -> list[Case
     for seed, work in enumerate(posterior.work, 1):
         of_seed = Case(posterior.setting, (work,))
         folder = f"runs-at-draws-{name.replace(' ', '-')}" + (f"-seed-{seed}" if seed > 1 else "")
-        cases.append(runs_after(setup, f"runs at draws of the posterior of {name}, seed {seed}", folder, lambda of_seed=of_seed: _draws(done, of_seed), DRAWS, of_seed))
+        cases.append(
+            runs_after(
+                setup, f"runs at draws of the posterior of {name}, seed {seed}", folder, lambda of_seed=of_seed: _draws(done, of_seed), DRAWS, of_seed
+            )
+        )
     return cases
 
 
@@ -109,7 +114,9 @@ def _rows(found: Mapping[str, Sequence[Fit]], at_seven: Sequence[Fit], scatter: 
     return lines + rows(f"{ALONE}, at the end", {}, found[ALONE], scatter, (STRESS, STRAIN, ITERATIONS), missing=missing)
 
 
-def _rows_by_posterior(by_posterior: Mapping[str, Sequence[Fit]], runs: Mapping[str, Sequence[Sequence[Response]]], scatter: Mapping[str, float]) -> list[Row]:
+def _rows_by_posterior(
+    by_posterior: Mapping[str, Sequence[Fit]], runs: Mapping[str, Sequence[Sequence[Response]]], scatter: Mapping[str, float]
+) -> list[Row]:
     lines = []
     for name, setting in ((BOTH_OF, BOTH_OF), (ALONE, f"{ALONE}, at the end")):
         lines += rows(setting, PRINTED[name] if name == BOTH_OF else {}, by_posterior[name], scatter, (STRESS, STRAIN), POSTERIOR)

@@ -17,7 +17,8 @@ from graincal.studies.work import Calibrating, Running, Work
 
 @dataclass(frozen=True)
 class Case:
-    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: why it cannot be run, as the files that it lacks, in words; then nothing is. after: what must be at its
+    """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: why it cannot be run, as the files that it
+    lacks, in words; then nothing is. after: what must be at its
     end before it is begun."""
 
     setting: str
@@ -28,7 +29,9 @@ class Case:
 
 @dataclass
 class Done:
-    """What was run, as far as it is there: the folder of each piece of work under one folder. other: names of work there that is not what is asked for, and counts as not run."""
+    """What was run, as far as it is there: the folder of each piece of work under one folder. other: names of work there that is not what is asked
+    for, and counts as not run.
+    """
 
     folder: Path
     other: set[str] = field(default_factory=set)

@@ -36,13 +36,19 @@ PRINTED = {
 """The paper says that the totals of the three calibrations with α = 20 are above 250 hours."""
 
 LONGEST = "longest evaluation [h]"
-PEAKS = {"the shortest peak of the nine, of a small range": 0.52, "the highest peak of the nine, of a wide range": 4.08, "the highest of the nine at iteration 6": 0.29}
+PEAKS = {
+    "the shortest peak of the nine, of a small range": 0.52,
+    "the highest peak of the nine, of a wide range": 4.08,
+    "the highest of the nine at iteration 6": 0.29,
+}
 LATE = 6
 
 INSET = "wide, α = 20"
 BINS = (1.0, 2.0, 3.0)
 COUNTS = {0: (150, 7, 2, 1), 1: (155, 5, 0, 0)}
-"""Of the 160 evaluations of iterations 0 and 1 of the setting of the inset: how many took less than 1 h, up to 2 h, up to 3 h and longer. Their longest took slightly above 4 h and 1.41 h."""
+"""Of the 160 evaluations of iterations 0 and 1 of the setting of the inset: how many took less than 1 h, up to 2 h, up to 3 h and longer. Their
+longest took slightly above 4 h and 1.41 h.
+"""
 
 
 class Times(Study):
@@ -61,7 +67,8 @@ class Times(Study):
         by_posterior = {box: [_Costs.of(result) for result in done.results(case)] for box, case in _posteriors(setup, done).items()}
         first = {name: many[0] for name, many in found.items() if many}
         notes = (
-            "Hours are the sum over runs of the time of each on one core: ours on the machine that ran them, beside its other work; the paper's on an Intel Xeon Gold 6150 with YADE. "
+            "Hours are the sum over runs of the time of each on one core: "
+            "ours on the machine that ran them, beside its other work; the paper's on an Intel Xeon Gold 6150 with YADE. "
             "Steps compare across machines.",
             "The paper prints of the three calibrations with α = 20 that each took more than 250 hours one after the other.",
             "The time that choosing samples takes is not counted, in the paper and here.",
@@ -77,12 +84,17 @@ class Times(Study):
         return Findings(tables, figures, _conclusions(found, cuts, floor_of_steps(done.repeats(at_truth(setup)))))
 
 
-_OF_OTHER_MACHINES = "Of the first seed of each setting. Hours of two machines and two programs do not compare: it is how many runs are much longer than the others that does."
+_OF_OTHER_MACHINES = (
+    "Of the first seed of each setting. Hours of two machines and two programs do not compare; "
+    "what does is how many runs are much longer than the others."
+)
 
 
 @dataclass(frozen=True, eq=False)
 class _Costs:
-    """Of one calibration, by iteration: the hours and the steps of its evaluations, (N,) each, NaN where they are not known. failed: how many gave no response; unknown: of these, those without steps."""
+    """Of one calibration, by iteration: the hours and the steps of its evaluations, (N,) each, NaN where they are not known. failed: how many gave no
+    response; unknown: of these, those without steps.
+    """
 
     hours: tuple[NDArray[np.float64], ...]
     steps: tuple[NDArray[np.float64], ...]
@@ -93,7 +105,9 @@ class _Costs:
     def of(cls, result: Result) -> _Costs:
         steps, hours = result.detail("steps"), result.seconds[:, 0] / 3600
         rows = [result.iteration == each.index for each in result.iterations]
-        return cls(tuple(hours[each] for each in rows), tuple(steps[each] for each in rows), result.failures, int(np.sum(np.isnan(steps) & result.failed)))
+        return cls(
+            tuple(hours[each] for each in rows), tuple(steps[each] for each in rows), result.failures, int(np.sum(np.isnan(steps) & result.failed))
+        )
 
     @property
     def longest(self) -> NDArray[np.float64]:
@@ -187,7 +201,9 @@ def _inset_rows(first: Mapping[str, _Costs], missing: str) -> list[Row]:
 def _figure(first: Mapping[str, _Costs]) -> Figure:
     def panel(title: str, label: str, series: Mapping[str, NDArray[np.float64]]) -> Panel:
         shown = {name: values[: SHOWN + 1] for name, values in series.items()}
-        lines = tuple(Line(np.arange(len(values), dtype=float), values, distinct(number), name) for number, (name, values) in enumerate(shown.items()))
+        lines = tuple(
+            Line(np.arange(len(values), dtype=float), values, distinct(number), name) for number, (name, values) in enumerate(shown.items())
+        )
         return Panel(title, iterations(shown.values()), Axis(label), lines)
 
     panels = [
@@ -198,7 +214,9 @@ def _figure(first: Mapping[str, _Costs]) -> Figure:
     ]
     if INSET in first:
         panels += [_histogram(number, first[INSET]) for number in COUNTS if number < len(first[INSET].hours)]
-    caption = "The first seed of each setting, on one core. Steps do not depend on the machine and its other work. Below, the inset of the paper's figure."
+    caption = (
+        "The first seed of each setting, on one core. Steps do not depend on the machine and its other work. Below, the inset of the paper's figure."
+    )
     return Figure("figure-16", "Times along the iterations", caption, tuple(panels), columns=2)
 
 
@@ -210,7 +228,10 @@ def _histogram(number: int, costs: _Costs) -> Panel:
 
 
 def _conclusions(found: Mapping[str, Sequence[_Costs]], cuts: Mapping[str, str], floor: float | None) -> tuple[Conclusion, ...]:
-    """By steps, for they do not depend on the machine. cuts: whether calibrations were cut. floor: what the steps of runs at the same parameters differ by, as a part of them."""
+    """By steps, for they do not depend on the machine.
+
+    cuts: whether calibrations were cut. floor: what the steps of runs at the same parameters differ by, as a part of them.
+    """
     several = found[SEVERAL]
 
     def of(name: str, setting: str, number: Callable[[_Costs], float]) -> Values:
@@ -234,13 +255,19 @@ def _conclusions(found: Mapping[str, Sequence[_Costs]], cuts: Mapping[str, str],
         return of("the sum of all runs", f"{box}, α = {alpha}", lambda each: each.all_steps)
 
     ratios = [each.gained for each in several]
-    gained = Values.of_finite(f"what is gained with {SEVERAL}", ratios, None if floor is None or not ratios else floor * float(np.median(ratios)), " times")
+    gained = Values.of_finite(
+        f"what is gained with {SEVERAL}", ratios, None if floor is None or not ratios else floor * float(np.median(ratios)), " times"
+    )
     boxes = ("small", "mid", "wide")
     return conclusions(
         {
             "The longest runs are in iterations 0 and 1, and are gone after that.": all_of([smaller(late(name), early(name)) for name in found]),
-            "The wide range has the longest runs.": all_of([smaller(longest(box, alpha), longest("wide", alpha)) for box in boxes[:2] for alpha in (5, 10, 20)]),
-            "Runs of one iteration at once take 10 to 100 times less than one after the other (the paper: 30 times).": all_of([at_least(gained, 10), at_most(gained, 100)]),
+            "The wide range has the longest runs.": all_of(
+                [smaller(longest(box, alpha), longest("wide", alpha)) for box in boxes[:2] for alpha in (5, 10, 20)]
+            ),
+            "Runs of one iteration at once take 10 to 100 times less than one after the other (the paper: 30 times).": all_of(
+                [at_least(gained, 10), at_most(gained, 100)]
+            ),
             "α = 5 takes the least in all.": all_of([smaller(total(box, 5), total(box, alpha)) for box in boxes for alpha in (10, 20)]),
         }
     )

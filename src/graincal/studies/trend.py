@@ -17,7 +17,10 @@ FEWEST = 4
 
 @dataclass(frozen=True)
 class Trend:
-    """A line by least squares over the logarithm of the number of particles. change: along it from the smallest to the largest; low, high: its interval of 95 %, by what the sizes scatter about the line."""
+    """A line by least squares over the logarithm of the number of particles.
+
+    change: along it from the smallest to the largest; low, high: its interval of 95 %, by what the sizes scatter about the line.
+    """
 
     change: float
     low: float
@@ -38,7 +41,8 @@ class Trend:
 def no_trend(name: str, by_size: Mapping[int, Sequence[float]], small: float, unit: str = "", falls_only: bool = False) -> Judgement:
     """Whether a quantity does not change with the number of particles by more than `small`.
 
-    by_size: the values of all seeds at each number of particles. It holds where the interval of the change lies within ± `small`, does not where the interval excludes zero and the change is larger than
+    by_size: the values of all seeds at each number of particles. It holds where the interval of the change lies within ± `small`, does not where the
+    interval excludes zero and the change is larger than
     that, and cannot be told otherwise. falls_only: only a fall counts as a change.
     """
     found = {size: float(np.median(values)) for size, values in sorted(by_size.items()) if len(values)}
@@ -48,7 +52,8 @@ def no_trend(name: str, by_size: Mapping[int, Sequence[float]], small: float, un
     seeds = [len(by_size[size]) for size in found]
     count = f"{min(seeds)}" if min(seeds) == max(seeds) else f"{min(seeds)} to {max(seeds)}"
     said = (
-        f"{sentence(name)} changes along the sizes by {numbers.value(trend.change, 2)}{unit}, with an interval of 95 % of {numbers.between(trend.low, trend.high)}{unit}, "
+        f"{sentence(name)} changes along the sizes by {numbers.value(trend.change, 2)}{unit}, "
+        f"with an interval of 95 % of {numbers.between(trend.low, trend.high)}{unit}, "
         f"by {len(found)} sizes of {count} seeds each"
     )
     if not np.isfinite(small):

@@ -26,7 +26,9 @@ from graincal.studies.settings import OBSERVABLES, TEST
 
 
 class Work(ABC):
-    """Something to run, which a folder under `name` holds: the same name is the same work, in whatever study. title: for people. size: about how much it is, in particle-steps."""
+    """Something to run, which a folder under `name` holds: the same name is the same work, in whatever study. title: for people. size: about how much
+    it is, in particle-steps.
+    """
 
     name: str
     title: str
@@ -38,7 +40,10 @@ class Work(ABC):
 
     @abstractmethod
     def refuse_other(self, folder: Path) -> None:
-        """Raise InputError where the folder holds work of other settings, other data or other parameters than are asked for now. What was begun by this very build was asked by it."""
+        """Raise InputError where the folder holds work of other settings, other data or other parameters than are asked for now.
+
+        What was begun by this very build was asked by it.
+        """
 
     def is_done(self, folder: Path) -> bool:
         """Whether the folder holds all of it."""
@@ -72,7 +77,9 @@ class Work(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Calibrating(Work):
-    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. runs_of: the folder of another one on the same model, whose runs it learns from."""
+    """A calibration. make: what is asked; called when it is begun, for a packing may have to be prepared. runs_of: the folder of another one on the
+    same model, whose runs it learns from.
+    """
 
     name: str
     title: str
@@ -103,7 +110,10 @@ class Calibrating(Work):
 
 @dataclass(frozen=True, eq=False)
 class Running(Work):
-    """Runs of a test at parameters theta (K, n), `times` times each, to an axial strain. theta: called when they are begun, for they may follow from other work. workers: runs at once."""
+    """Runs of a test at parameters theta (K, n), `times` times each, to an axial strain.
+
+    theta: called when they are begun, for they may follow from other work. workers: runs at once.
+    """
 
     name: str
     title: str
@@ -145,4 +155,7 @@ class Running(Work):
 
 
 def _other(folder: Path) -> InputError:
-    return InputError(f"{folder}: this was made by other settings, other data or other parameters than are asked for now, so it is left out. Remove this folder, and it is made again; or give reproduce another one.")
+    return InputError(
+        f"{folder}: this was made by other settings, other data or other parameters than are asked for now, so it is left out. "
+        "Remove this folder, and it is made again; or give reproduce another one."
+    )

@@ -24,8 +24,13 @@ PAGE = "index.html"
 COLUMNS = ("setting", "quantity", "paper", "graincal median", "low", "high", "floor")
 
 
-def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]) -> tuple[Path, dict[str, str]]:
-    """Write all of it; the page's path, and the studies whose numbers could not be evaluated, by name, with why. Raises FolderError where the folder cannot be written."""
+def write(
+    studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]
+) -> tuple[Path, dict[str, str]]:
+    """Write all of it; the page's path, and the studies whose numbers could not be evaluated, by name, with why.
+
+    Raises FolderError where the folder cannot be written.
+    """
     found, broken = _found(studies, setup, done)
     try:
         for name in ("tables", "figures"):
@@ -49,7 +54,10 @@ def _found(studies: Sequence[Study], setup: Setup, done: Done) -> tuple[dict[Stu
             found[study] = study.findings(setup, done)
         except Exception as error:
             place = traceback.extract_tb(error.__traceback__)[-1]
-            found[study], broken[study.name] = Findings(), f"by a mistake in graincal: {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})."
+            found[study], broken[study.name] = (
+                Findings(),
+                f"by a mistake in graincal: {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno}).",
+            )
     return found, broken
 
 
