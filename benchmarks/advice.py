@@ -21,12 +21,11 @@ from numpy.typing import NDArray
 
 import graincal as gc
 from graincal import demo
-from graincal.campaign import begin, resume
-from graincal.campaign.advice import Advice
+from graincal.campaign.advice import APART, Advice
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.candidate_tests import CandidateTest, candidate_test
 from graincal.campaign.exploring import fill
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.running import begin_or_resume
 from graincal.dem.siblings import siblings
 from graincal.inference.error_model import error_model
 from graincal.inference.proposal import systematic_resampling
@@ -46,7 +45,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int)
     arguments = parser.parse_args()
     workers = arguments.workers or "all"
-    campaign = calibrated(base(arguments.strain, arguments.evaluations, workers), arguments.folder / "campaign")
+    campaign = begin_or_resume(arguments.folder / "campaign", lambda: base(arguments.strain, arguments.evaluations, workers))
     (experiment,) = campaign.experiments
     pressure = experiment.model.confining_pressure
     words = [f"triaxial {2 * pressure:g} to {arguments.strain:g}", f"undrained to {arguments.strain:g}", "isotropic"]
@@ -54,6 +53,9 @@ def main() -> None:
     truths = draws(campaign, arguments.truths)
     found = {test.name: [] for test in advice.tests}
     for number, test in enumerate(candidate_test(each, experiment) for each in words):
+        if test.name in advice.not_judged:
+            print(f"{test.name} is left out: {advice.not_judged[test.name]}", flush=True)
+            continue
         runs = runs_of_both(campaign, test, advice.theta, arguments.filling, arguments.folder / f"runs-{number}", workers)
         for truth, theta in enumerate(truths):
             measured = made(campaign, test, theta, FIRST_SIBLING + truth)
@@ -71,10 +73,6 @@ def base(strain: float, evaluations: int, workers: int | str) -> Calibration:
     reference = gc.Reference(whole.control[rows], {name: values[rows] for name, values in whole.observables.items()}, None, whole.measurement_errors, simulated=True)
     asked = demo.calibration(demo.packing(), reference, workers=workers)
     return Calibration(asked.space, asked.experiments, filter_options=asked.filter_options, stop=gc.Stop(max_evaluations=evaluations), workers=workers)
-
-
-def calibrated(asked: Calibration, folder: Path) -> gc.Result:
-    return resume(folder) if folder.exists() and holds_campaign(folder) else begin(asked, folder)
 
 
 def draws(campaign: gc.Result, count: int) -> NDArray[np.float64]:
@@ -106,9 +104,8 @@ def made(campaign: gc.Result, test: CandidateTest, theta: NDArray[np.float64], s
 
 
 def jointly(campaign: gc.Result, test: CandidateTest, measured: gc.Reference, runs: Sequence[Path], evaluations: int, folder: Path, workers: int | str) -> gc.Result:
-    if folder.exists() and holds_campaign(folder):
-        return resume(folder)
-    return gc.calibrate(together(campaign, test, measured), space=campaign.space, runs=runs, folder=folder, workers=workers, stop=gc.Stop(max_evaluations=evaluations))
+    asked = lambda: Calibration(campaign.space, together(campaign, test, measured), stop=gc.Stop(max_evaluations=evaluations), workers=workers)  # noqa: E731
+    return begin_or_resume(folder, asked, runs)
 
 
 def covariance(result: gc.Result) -> NDArray[np.float64]:
@@ -118,7 +115,7 @@ def covariance(result: gc.Result) -> NDArray[np.float64]:
 
 def show(campaign: gc.Result, advice: Advice, found: dict[str, NDArray[np.float64]]) -> None:
     """A table for each test, and the order of the tests as foretold and as found."""
-    now, gains = covariance(campaign), {}
+    now, gains, kept = covariance(campaign), {}, []
     for test in advice.tests:
         after = found[test.name]
         shares = np.sqrt(np.diagonal(after, axis1=1, axis2=2)) / campaign.posterior.std()
@@ -126,15 +123,33 @@ def show(campaign: gc.Result, advice: Advice, found: dict[str, NDArray[np.float6
         print(f"\n{test.name}\n{'':12}{'foretold':>16}{'found':>16}{'apart, standard errors':>26}")
         for name, *figures in zip(campaign.space.names, test.shares, test.share_errors, shares.mean(axis=0), error(shares)):
             print(row(name, *figures))
+            kept.append(abs(apart(*figures)) <= APART)
         print(row("gain [nats]", test.information, test.information_error, gains[test.name].mean(), error(gains[test.name])))
     print("\norder foretold: " + "; ".join(test.name for test in advice.tests))
     print("order found:    " + "; ".join(sorted(gains, key=lambda name: -gains[name].mean())))
     print("cannot be told apart beforehand: " + ("; ".join(f"{one.name} and {other.name}" for one, other in advice.alike()) or "none"))
+    print(f"\nreductions foretold within two standard errors of those found: {sum(kept)} of {len(kept)}")
+    print("order of the tests that can be told apart: " + ("the same" if same_order(advice, gains) else "another"))
+
+
+def same_order(advice: Advice, gains: dict[str, NDArray[np.float64]]) -> bool:
+    """Whether the gains found do not reverse the order of any two tests that can be told apart, beforehand and by what was found: truth by truth, by more than two standard errors."""
+    alike = [{one.name, other.name} for one, other in advice.alike()]
+    for place, one in enumerate(advice.tests):
+        for other in advice.tests[place + 1 :]:
+            difference = gains[one.name] - gains[other.name]
+            if {one.name, other.name} not in alike and difference.mean() < -APART * error(difference):
+                return False
+    return True
 
 
 def row(name: str, foretold: float, foretold_error: float, mean: float, mean_error: float) -> str:
-    apart = (mean - foretold) / np.hypot(foretold_error, mean_error)
-    return f"{name:12}{f'{foretold:.2f} ± {foretold_error:.2f}':>16}{f'{mean:.2f} ± {mean_error:.2f}':>16}{apart:>26.1f}"
+    return f"{name:12}{f'{foretold:.2f} ± {foretold_error:.2f}':>16}{f'{mean:.2f} ± {mean_error:.2f}':>16}{apart(foretold, foretold_error, mean, mean_error):>26.1f}"
+
+
+def apart(foretold: float, foretold_error: float, mean: float, mean_error: float) -> float:
+    """By how many standard errors two numbers differ."""
+    return (mean - foretold) / np.hypot(foretold_error, mean_error)
 
 
 def error(values: NDArray[np.float64]) -> NDArray[np.float64]:

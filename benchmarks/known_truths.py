@@ -9,11 +9,11 @@ truths with the first; it goes on by its own rule. All are counted at their end,
 
 Were posteriors exact, the rank of each true parameter among 99 draws would be uniform, and so would that of the truth's log likelihood. Printed are how far from uniform the ranks are, and whether they stay within a band that
 any of the six would leave by chance in one case of twenty, for all truths and for those of each library apart, and the same for posteriors shrunk to 0.8 of their deviation, which ought to be refused. Truths that share a
-library share what is wrong with it: so the part of intervals that hold the truth has an error from as many numbers as there are libraries. Last, how many intervals hold the truth had all covariances of the errors been half or twice as
+library share what is wrong with it: so the band for all truths, which takes them for independent, is too narrow, and it is the libraries' own bands that judge. For the same reason the part of intervals that hold the truth has an error from as many numbers as there are libraries. Last, how many intervals hold the truth had all covariances of the errors been half or twice as
 large, and the truth's mean log density above the prior's.
 
 With --by-the-paper the first truths are calibrated by the paper's method too, by runs of their own, and what its last weighted samples say is counted in the same way.
-Everything is in DIR, and gone on with where it was broken off.
+Everything is kept in DIR; the same command continues where it was interrupted.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
+import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,10 +33,10 @@ from rank_table import LEVELS, inside, show
 from scipy.stats import binom, t
 
 import graincal as gc
-from graincal.campaign import Experiment, begin, resume
+from graincal.campaign import Experiment, resume
 from graincal.campaign.calibration import Calibration
-from graincal.campaign.runs import known_runs
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.running import begin_or_resume
+from graincal.campaign.store import Store, holds_campaign
 from graincal.dem.siblings import siblings
 from graincal.inference.error_model import CORRELATION_LENGTHS
 from graincal.inference.ranks import rank
@@ -45,6 +48,7 @@ FIRST_SEED = 201
 """Of the packings of the truths: none of those that calibrations prepare."""
 FACTORS = (1.0, 0.5, 2.0)
 DRAWS, SHRUNK = 99, 0.8
+_OTHER = "{}: it learnt from another library than {}; the same --truths and --libraries as before were expected, or another folder."
 SPACE = gc.ParameterSpace.paper()
 QUANTITIES = (*SPACE.names, "log likelihood")
 
@@ -72,22 +76,28 @@ def main() -> None:
 
 def of_truth(test: gc.TriaxialTest, number: int, library: Path, folder: Path) -> dict:
     """What the calibration of one truth says, kept as a row beside it."""
-    kept = folder / f"{number:03d}.json"
-    if kept.exists():
-        return json.loads(kept.read_text())
-    place = folder / f"{number:03d}"
+    kept, place = folder / f"{number:03d}.json", folder / f"{number:03d}"
     if place.exists() and holds_campaign(place):
-        result = resume(place)
-    else:
+        refuse_another_library(place, library)
+    if kept.exists():
+        row = json.loads(kept.read_text())
+        # Rows of before say nothing of it; their campaigns do.
+        if row.get("learnt_from", library.name) != library.name:
+            sys.exit(_OTHER.format(kept, library.name))
+        return row
+
+    def asked() -> Calibration:
         truth, curve = reference(test, number)
-        asked = Calibration(SPACE, [Experiment("truth", test, curve)], seed=number, truth=dict(zip(SPACE.names, truth.tolist())))
-        result = begin(replace(asked, known=known_runs([library], asked)), place)
+        return Calibration(SPACE, [Experiment("truth", test, curve)], seed=number, truth=dict(zip(SPACE.names, truth.tolist())))
+
+    result = begin_or_resume(place, asked, [library])
     truth, posterior, rng = true_values(result), result.posterior, np.random.default_rng([number, 3])
     log_likelihood = lambda theta: result.emulation.log_likelihood(SPACE.to_unit(theta))  # noqa: E731
     quantities = lambda theta: np.column_stack([theta, log_likelihood(theta)])  # noqa: E731
     mean, known = posterior.mean(), quantities(truth[None])[0]
     shrunk = mean + SHRUNK * (posterior.samples - mean)
     row = {
+        "learnt_from": library.name,
         "settled": bool(result.settled),
         "evaluations": int(result.evaluations),
         "error": float(result.answer.mean),
@@ -97,6 +107,14 @@ def of_truth(test: gc.TriaxialTest, number: int, library: Path, folder: Path) ->
     }
     kept.write_text(json.dumps(row))
     return row
+
+
+def refuse_another_library(place: Path, library: Path) -> None:
+    """Stop where a calibration learnt from another library than the one that its truth has now: the numbers of truths and of libraries say which has which."""
+    with closing(Store.open(place)) as store:
+        (source,) = store.description["known"]["sources"]
+    if not re.search(rf"(^|[/ ]){re.escape(library.name)}\b", source):
+        sys.exit(_OTHER.format(place, library.name))
 
 
 def of_truth_by_the_paper(test: gc.TriaxialTest, number: int, folder: Path) -> dict:
@@ -151,10 +169,12 @@ def report(rows: list[dict], libraries: int) -> None:
     ranks = np.array([row["ranks"] for row in rows])  # (truths, 2, quantities)
     of = np.array([row["library"] for row in rows])
     print(f"\n{len(rows)} truths, {sum(row['settled'] for row in rows)} of them settled; {np.median([row['evaluations'] for row in rows]):.0f} evaluations (median)")
-    show("all truths, posterior as reported", dict(zip(QUANTITIES, ranks[:, 0].T)), DRAWS, QUANTITIES)
-    show(f"all truths, posterior shrunk to {SHRUNK:g} of its deviation", dict(zip(QUANTITIES, ranks[:, 1].T)), DRAWS, QUANTITIES)
-    for library in range(libraries if libraries > 1 else 0):
-        show(f"truths of library {library + 1}", dict(zip(QUANTITIES, ranks[of == library, 0].T)), DRAWS, QUANTITIES)
+    # The first two take truths for independent, and those of one library are not.
+    show("all truths as if independent, posterior as reported", dict(zip(QUANTITIES, ranks[:, 0].T)), DRAWS, QUANTITIES)
+    show(f"all truths as if independent, posterior shrunk to {SHRUNK:g} of its deviation", dict(zip(QUANTITIES, ranks[:, 1].T)), DRAWS, QUANTITIES)
+    uniform = [show(f"truths of library {library + 1}", dict(zip(QUANTITIES, ranks[of == library, 0].T)), DRAWS, QUANTITIES) for library in range(libraries if libraries > 1 else 0)]
+    if uniform:
+        print(f"\nlibraries whose truths have uniform ranks, as far as one can tell: {sum(uniform)} of {len(uniform)}")
     for level in LEVELS:
         parts = [np.mean(inside(ranks[of == library, 0, : SPACE.size], DRAWS, level)) for library in range(libraries)]
         print(f"\nintervals of {level:.0%} that hold the truth, by library: {', '.join(f'{part:.1%}' for part in parts)}{interval(parts)}")

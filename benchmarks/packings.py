@@ -1,12 +1,13 @@
 """How far an answer moves with the packing: calibrations of one curve on packings prepared alike.
 
-    GRAINCAL_REFERENCE_DATA=... python benchmarks/packings.py --folder DIR [--packings 5] [--particles 1000 2000] [--seeds 3] [--runs 400]
+    GRAINCAL_REFERENCE_DATA=... python benchmarks/packings.py --folder DIR [--packings 5] [--particles 1000 2000] [--seeds 3] [--runs 200]
 
 Five packings of each size are prepared alike (void ratio 0.68, Toyoura grading). Two curves are calibrated on each, by three seeds: the synthetic reference of Hartmann et al. (2022), and Toyoura sand at 0.5 MPa. Each calibration is
-conditional on its packing: packing_scatter = false, so that what packings differ by is no error. The calibrations of a packing learn from one library of runs that fill the paper's ranges, and go on by their own rule.
+conditional on its packing: packing_scatter = false, so that what packings differ by is no error. The calibrations of a packing and seed begin with a library of runs of their own that fill the paper's ranges, so that what a
+library scatters by is between seeds and not between packings, and they go on by their own rule.
 
 Printed are, for each parameter and for the error ε of the answer, the standard deviations between packings and between the seeds of a packing, by analysis of variance with their intervals of 95 % (generalised pivots, Weerahandi
-1993), and beside them the posterior's own on the mean: what is left once packing and seed are known. Everything is in DIR, and gone on with where it was broken off.
+1993), and beside them the posterior's own on the mean: what is left once packing and seed are known. Everything is kept in DIR; the same command continues where it was interrupted.
 """
 
 from __future__ import annotations
@@ -14,17 +15,15 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 import graincal as gc
-from graincal.campaign import Experiment, begin, resume
+from graincal.campaign import Experiment
 from graincal.campaign.calibration import Calibration
-from graincal.campaign.runs import known_runs
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.running import begin_or_resume
 from graincal.dem.preparation import prepare
 
 PRESSURE, VOID_RATIO, STRAIN = 0.5e6, 0.68, 0.2
@@ -39,36 +38,35 @@ def main() -> None:
     parser.add_argument("--packings", type=int, default=5)
     parser.add_argument("--particles", type=int, nargs="+", default=[1000, 2000])
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--runs", type=int, default=400, help="that fill the ranges on each packing")
+    parser.add_argument("--runs", type=int, default=200, help="that fill the ranges, for each packing and seed")
     arguments = parser.parse_args()
     for particles in arguments.particles:
         found = {curve: np.empty((arguments.packings, arguments.seeds, 2, SPACE.size + 1)) for curve in CURVES}
         for number in range(arguments.packings):
             test = gc.TriaxialTest(prepare(particles, VOID_RATIO, seed=number + 1), PRESSURE)
-            place = arguments.folder / f"{particles}-{number + 1}"
-            library = gc.explore(test, SPACE, to=STRAIN, folder=place / "library", runs=arguments.runs)
-            for curve in CURVES:
-                for seed in range(arguments.seeds):
-                    found[curve][number, seed] = calibrated(test, curve, seed + 1, library, place)
+            for seed in range(1, arguments.seeds + 1):
+                place = arguments.folder / f"{particles}-{number + 1}" / f"seed-{seed}"
+                library = gc.explore(test, SPACE, to=STRAIN, folder=place / "library", runs=arguments.runs, seed=seed)
+                for curve in CURVES:
+                    found[curve][number, seed - 1] = calibrated(test, curve, seed, library, place)
         for curve, numbers in found.items():
             show(f"{curve}, {particles} particles", numbers)
 
 
 def calibrated(test: gc.TriaxialTest, curve: str, seed: int, library: Path, place: Path) -> NDArray[np.float64]:
     """Of one calibration (2, n + 1): the posterior's means and the error of the answer, and the posterior's standard deviations and the error's."""
-    kept = place / f"{curve}-{seed}.json"
+    kept = place / f"{curve}.json"
     if kept.exists():
         return np.array(json.loads(kept.read_text()))
-    folder = place / f"{curve}-{seed}"
-    if folder.exists() and holds_campaign(folder):
-        result = resume(folder)
-    else:
+
+    def asked() -> Calibration:
         file, simulated = CURVES[curve]
         reference = gc.Reference.read(Path(os.environ["GRAINCAL_REFERENCE_DATA"]) / file, observables=("stress_ratio", "volumetric_strain"), simulated=simulated)
-        asked = Calibration(SPACE, [Experiment(curve, test, reference)], filter_options={"packing_scatter": False}, seed=seed)
-        result = begin(replace(asked, known=known_runs([library], asked)), folder)
+        return Calibration(SPACE, [Experiment(curve, test, reference)], filter_options={"packing_scatter": False}, seed=seed)
+
+    result = begin_or_resume(place / curve, asked, [library])
     numbers = [[*result.posterior.mean(), result.answer.mean], [*result.posterior.std(), result.answer.spread]]
-    print(f"{place.name}, {curve}, seed {seed}: {'settled' if result.settled else 'not settled'} after {result.evaluations} runs, ε {result.answer.mean:.2f} %", flush=True)
+    print(f"{place.parent.name}, {curve}, seed {seed}: {'settled' if result.settled else 'not settled'} after {result.evaluations} runs, ε {result.answer.mean:.2f} %", flush=True)
     kept.write_text(json.dumps(np.array(numbers).tolist()))
     return np.array(numbers)
 

@@ -12,8 +12,6 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Sequence
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -21,11 +19,10 @@ import numpy as np
 from toyoura import calibration
 
 import graincal as gc
-from graincal.campaign import Experiment, begin, resume
+from graincal.campaign import Experiment
 from graincal.campaign.calibration import Calibration
-from graincal.campaign.runs import known_runs
+from graincal.campaign.running import begin_or_resume
 from graincal.campaign.status import status
-from graincal.campaign.store import holds_campaign
 from graincal.dem.siblings import siblings
 
 TRUTH = {"log_E": 8.8, "nu": 0.15, "phi": 30.0, "beta_m": 0.1, "eta_m": 0.4}
@@ -48,7 +45,7 @@ def main() -> None:
         asked["0.2 MPa from scratch"] = (other, [])
     for name, (calibrated, runs) in asked.items():
         folder = arguments.folder / name.replace(" ", "-")
-        show(name, calibrate(calibrated, runs, folder), folder)
+        show(name, begin_or_resume(folder, lambda calibrated=calibrated: calibrated, runs), folder)
 
 
 def at_other_pressure(seed: int) -> Calibration:
@@ -58,13 +55,6 @@ def at_other_pressure(seed: int) -> Calibration:
     curve = gc.TriaxialTest(sibling, PRESSURE).simulate([list(TRUTH.values())], at=STRAIN)[0]
     reference = gc.Reference(STRAIN, {name: curve.values[name] for name in ("stress_ratio", "volumetric_strain")}, simulated=True)
     return Calibration(gc.ParameterSpace.paper(), [Experiment("0.2 MPa", gc.TriaxialTest(packing, PRESSURE), reference)], seed=seed, truth=TRUTH)
-
-
-def calibrate(asked: Calibration, runs: Sequence[Path], folder: Path) -> gc.Result:
-    """To its end, gone on with where it was broken off."""
-    if folder.exists() and holds_campaign(folder):
-        return resume(folder)
-    return begin(replace(asked, known=known_runs(runs, asked)) if runs else asked, folder)
 
 
 def show(name: str, result: gc.Result, folder: Path) -> None:

@@ -3,15 +3,19 @@
 import csv
 import json
 from collections import Counter
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import graincal as gc
 from graincal.campaign import Listener
+from graincal.campaign.advice import Advice, AdvisedTest
 from graincal.campaign.candidate_files import candidate_tests
 from graincal.campaign.candidate_tests import candidate_test, default_tests
 from graincal.dem.preparation import prepare
+from graincal.inference.gain import Gain
 from graincal.models import StressPathTest
 
 from . import frictional
@@ -73,6 +77,7 @@ def test_failures_are_outcomes_and_too_many_are_no_advice(folder, closed_form, t
     some = gc.advise(gc.Result.read(folder), [DRAINED, FAILING], samples=100, folder=tmp_path, workers=1)
     failed = {test.name: len(test.failures) for test in some.tests}
     assert failed == {"triaxial, 1 MPa to 15 %": 0, "triaxial, 2 MPa to 15 %": 50}
+    assert any("50 of its 100 runs gave no response" in each for each in some.remarks)
     # The same soil, and so the same gain: by the truths that both have.
     assert [(one.name, other.name) for one, other in some.alike()] == [tuple(test.name for test in some.tests)]
 
@@ -98,6 +103,35 @@ def test_what_was_broken_off_goes_on(folder, closed_form, tmp_path):
     assert first.counts + second.counts == {"triaxial, 1 MPa to 15 %": 60, "undrained, 500 kPa to 15 %": 60}
     whole = gc.advise(result, tests, samples=60, folder=tmp_path / "b", workers=1)
     assert broken.as_json() == whole.as_json()
+
+
+def test_an_edited_test_is_no_other_folder(folder, closed_form, tmp_path):
+    """Other measurement errors cost no run, and another model is run beside the first one."""
+    result = gc.Result.read(folder)
+    before = candidate_test(DRAINED, result.experiments[0])
+    after = replace(before, measurement_errors={"stress_ratio": 0.1})
+    other = replace(before, model=replace(before.model, fixed=FIXED | {"nu": 0.25}))
+    runs = []
+    for test in (before, after, other):
+        counts = Impatient()
+        advice = gc.advise(result, [test], samples=60, folder=tmp_path, workers=1, listeners=[counts])
+        runs.append(counts.counts.total())
+    assert runs == [60, 0, 60] and len(list(tmp_path.iterdir())) == 2
+    assert advice.tests[0].runs == 60
+
+
+def test_too_few_truths_in_common_tell_no_tests_apart():
+    def test(name, draws, gain):
+        information = gain + 0.01 * np.arange(len(draws))
+        made = Gain(information, np.ones((len(draws), 2)), np.ones(2), np.full(len(draws), 100.0), np.ones((len(draws), 2)))
+        return AdvisedTest(SimpleNamespace(name=name), 100, (), np.array(draws), made, None)
+
+    much, little, elsewhere = test("much", range(60), 3.0), test("little", range(60), 1.0), test("elsewhere", range(40, 100), 0.1)
+    advice = Advice(SPACE, np.ones(2), np.ones((100, 2)), (much, little, elsewhere), {}, ())
+    assert np.isnan(advice.difference(much, elsewhere)[0])
+    # The first two are apart by two nats, truth by truth with hardly a difference; of the others twenty truths are common.
+    little.gain.information[:30] += 0.01
+    assert [(one.name, other.name) for one, other in advice.alike()] == [("much", "elsewhere"), ("little", "elsewhere")]
 
 
 def test_tests_of_a_campaign_are_not_advised_again(folder):

@@ -13,11 +13,14 @@ from graincal.campaign.candidate_tests import CandidateTest
 from graincal.data import Failure, ParameterSpace
 from graincal.inference.gain import Gain
 
+COMMON = 30
+"""Truths that two tests must have in common for their gains to be compared."""
+
 APART = 2.0
 """Standard errors by which the gains of two tests must differ for one to be called the better."""
 
 FEW_EFFECTIVE = 20.0
-"""Effective samples of the posterior, in the median of the truths, below which deviations are rather too small: by about 3 / (4 n), a twentieth."""
+"""Effective samples of the posterior, in the median of the truths, below which deviations are too small by a twentieth and more, about 3 / (4 n), and the gain is too large by about 1 / (2 n) nats."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +85,20 @@ class Advice:
 
     @staticmethod
     def difference(one: AdvisedTest, other: AdvisedTest) -> tuple[float, float]:
-        """By how much the gain of one test is above that of another, nats, and the standard error of that: truth by truth, over those whose runs in both gave a response."""
+        """By how much the gain of one test is above that of another, nats, and the standard error of that: truth by truth, over those whose runs in both gave a response.
+
+        NaN for fewer than thirty of these.
+        """
         _, of_one, of_other = np.intersect1d(one.draws, other.draws, assume_unique=True, return_indices=True)
+        if len(of_one) < COMMON:
+            return np.nan, np.nan
         apart = one.gain.information[of_one] - other.gain.information[of_other]
         return float(apart.mean()), float(apart.std(ddof=1) / np.sqrt(len(apart)))
 
     def alike(self) -> list[tuple[AdvisedTest, AdvisedTest]]:
-        """The pairs of tests whose gains differ by less than two standard errors, and so cannot be told apart."""
+        """The pairs of tests that cannot be told apart: their gains differ by less than two standard errors, or they have too few truths in common."""
         pairs = [(one, other) for row, one in enumerate(self.tests) for other in self.tests[row + 1 :]]
-        return [pair for pair in pairs if abs((found := self.difference(*pair))[0]) < APART * found[1]]
+        return [pair for pair in pairs if not abs((found := self.difference(*pair))[0]) >= APART * found[1] > 0]
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for other programs. Deviations are in the parameters' own units, pressures in Pa."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -17,10 +19,13 @@ from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.candidate_tests import CandidateTest, candidate_test, default_tests
 from graincal.campaign.curves import file_name
 from graincal.campaign.experiment import Experiment
-from graincal.campaign.exploring import fill
+from graincal.campaign.description import describe
+from graincal.campaign.exploring import fill, for_library
 from graincal.campaign.library import Library
 from graincal.campaign.listener import Listener
+from graincal.campaign.prediction import drawn_rows
 from graincal.campaign.result import Result
+from graincal.campaign.store import as_stored
 from graincal.data import Failure, InputError, Reference, Response
 from graincal.execution import number_of_workers
 from graincal.inference.error_model import error_model
@@ -41,6 +46,9 @@ FEWEST = 60
 
 LEAST = 40
 """Of these: runs that must have given a response for a test to be judged."""
+
+LOST = 0.1
+"""The part of its truths of which a test may lose so many without a remark."""
 
 SAMPLES = 2000
 """Of the posterior, that data weigh."""
@@ -88,7 +96,8 @@ def advise(
     if not judged:
         raise InputError("no test could be judged: " + "; ".join(f"{name}: {why}" for name, why in not_judged.items()))
     judged.sort(key=lambda each: -each.information)
-    return Advice(result.space, result.posterior.std(), theta, tuple(judged), not_judged, tuple(_remarks(result, experiment, judged)))
+    remarks = _remarks(result, experiment, judged) + _lost(judged, samples)
+    return Advice(result.space, result.posterior.std(), theta, tuple(judged), not_judged, tuple(remarks))
 
 
 def _check(result: Result, samples: int) -> None:
@@ -122,10 +131,8 @@ def _candidates(result: Result, tests: Sequence[CandidateTest | str] | None, exp
 
 
 def _draws(result: Result, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """From the posterior, (K, n), spread evenly over its weights, all different."""
-    posterior = result.posterior
-    order = np.argsort(posterior.samples[:, 0], kind="stable")
-    drawn = posterior.samples[np.unique(order[systematic_resampling(posterior.weights[order], count, rng)])]
+    """From the posterior, (K, n), spread evenly over its weights, all different: one that is drawn twice is one truth."""
+    drawn = result.posterior.samples[np.unique(drawn_rows(result.posterior, count, rng))]
     if len(drawn) < FEWEST:
         raise InputError(f"the posterior is held by so few of its samples that {count} draws are {len(drawn)} different ones, and {FEWEST} were expected.")
     return drawn
@@ -144,10 +151,13 @@ def _run(
     """The outcomes of a test at the draws (K, n), by the values that parameters have in the experiment that it is like; a response is at the test's own rows."""
     number = result.number(like.name)
     space, points = result.space.of_experiment(number), theta[:, result.space.columns(number)]
-    experiment = Experiment(test.name, test.model, test.reference(np.ones((len(test.at), len(test.observables)))))
-    # Of other draws, as after a campaign has gone on, there is another library.
-    digest = hashlib.sha256(np.ascontiguousarray(points).tobytes() + repr((seed, test.at.tolist(), test.observables)).encode()).hexdigest()[:8]
-    kept = fill(Calibration(space, [experiment], seed=seed, workers=workers), root / f"{file_name(test.name)}-{digest}", listeners=listeners, points=points)
+    # Runs do not depend on measurement errors, and serve whichever the test has.
+    experiment = Experiment(test.name, test.model, replace(test, measurement_errors={}).reference(np.ones((len(test.at), len(test.observables)))))
+    asked = Calibration(space, [experiment], seed=seed, workers=workers)
+    # Of other draws, as after a campaign has gone on, and of another model there is another library.
+    described = json.dumps(as_stored(describe(for_library(asked))), sort_keys=True)
+    digest = hashlib.sha256(np.ascontiguousarray(points).tobytes() + described.encode()).hexdigest()[:8]
+    kept = fill(asked, root / f"{file_name(test.name)}-{digest}", listeners=listeners, points=points)
     (outcomes,) = Library.read(kept).outcomes
     return [_at_rows(outcome, experiment) if isinstance(outcome, Response) else outcome for outcome in outcomes]
 
@@ -223,8 +233,22 @@ def _remarks(result: Result, experiment: Experiment, judged: Sequence[AdvisedTes
         said.append("The posterior has not settled: what it says of tests may yet move, too.")
     for each in judged:
         if (left := np.median(each.gain.effective_samples)) < FEW_EFFECTIVE:
-            said.append(f"{each.name} tells so much that {left:.0f} samples of the posterior are left, in the median: its deviations are rather too small.")
+            said.append(
+                f"{each.name} tells so much that {left:.0f} samples of the posterior are left, in the median: "
+                f"its deviations come out too small by about {75 / left:.0f} %, and its gain too large by about {0.5 / left:.2g} nats."
+            )
         said += [f"{each.name}: {doubt}" for doubt in (unusual(each.test.model) if isinstance(each.test.model, StressPathTest) else ())]
+    return said
+
+
+def _lost(judged: Sequence[AdvisedTest], samples: int) -> list[str]:
+    """Which truths do not count as often as the posterior has them. samples: the draws that were asked for."""
+    said = []
+    if (different := judged[0].runs) < samples:
+        said.append(f"{samples} draws from the posterior are {different} different ones: one that was drawn more than once counts once, so that probable values count less than they ought to.")
+    for each in judged:
+        if len(each.failures) > LOST * each.runs:
+            said.append(f"{each.name}: {len(each.failures)} of its {each.runs} runs gave no response, and it is judged by the other truths, which need not be like those.")
     return said
 
 

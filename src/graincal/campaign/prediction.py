@@ -56,9 +56,13 @@ class Prediction:
 
 def draw(posterior: Posterior, count: int, seed: int = 1) -> Samples:
     """So many draws, equally probable and spread evenly over the posterior's weights."""
-    order = np.argsort(posterior.samples[:, 0])
-    rows = order[systematic_resampling(posterior.weights[order], count, np.random.default_rng(seed))]
-    return Samples(np.arange(count), posterior.samples[rows], posterior.names)
+    return Samples(np.arange(count), posterior.samples[drawn_rows(posterior, count, np.random.default_rng(seed))], posterior.names)
+
+
+def drawn_rows(posterior: Posterior, count: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """The rows (count,) of a posterior's samples that are drawn: a heavy one more than once."""
+    order = np.argsort(posterior.samples[:, 0], kind="stable")
+    return order[systematic_resampling(posterior.weights[order], count, rng)]
 
 
 def predict(
