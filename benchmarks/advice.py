@@ -6,7 +6,7 @@ The campaign is that of `graincal demo`: five parameters over the paper's ranges
 each, three further tests are made at it, on another sibling each, with measurement errors as advice takes them; and the campaign is calibrated anew with its own reference and that of the new test.
 These calibrations learn from runs of both tests together, which are made once for each test: some that fill the ranges, and some at draws from the campaign's posterior. Printed are, for each test and
 parameter, the standard deviation afterwards over that now, as foretold and as the mean found over the truths, each with its standard error, and by how many of these the two differ; and the gain, foretold in nats, beside half the logarithm
-of the ratio of the determinants of the posterior's covariance, which is the same of Gaussians. All is kept in the folder, and what is there is gone on with.
+of the ratio of the determinants of the posterior's covariance, which is the same of Gaussians. All is kept in the folder, and the same command continues where it was interrupted.
 """
 
 from __future__ import annotations

@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
+from graincal.campaign.claiming import claim
 from graincal.campaign.experiment import Experiment, Model
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
 from graincal.campaign.log import Log
 from graincal.campaign.points import checked_points
 from graincal.campaign.store import LIBRARY, NAME, POINTS, Store, holds_campaign
-from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.inference import Stop
 from graincal.inference.defensive import DefensiveMixture
@@ -88,14 +88,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
             if not store.keeps(calibration) or store.meta(LIBRARY) != str(count) or not _same_points(points_of(store), points):
                 raise InputError(f"{folder}: this folder holds another library, and a new one needs a folder of its own.")
         return go_on_filling(folder, [each.model for each in calibration.experiments], calibration.workers, listeners)
-    _refuse_occupied(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FolderError.of(folder, error) from error
-    with closing(Log(folder)) as log:
-        # Once more under the lock: another process may have begun here.
-        _refuse_occupied(folder)
+    with closing(claim(folder, lambda: _refuse_anything(folder))) as log:
         return _fill(calibration, Store.create(calibration, folder, library=count, points=points), (*listeners, log))
 
 
@@ -104,7 +97,7 @@ def for_library(calibration: Calibration) -> Calibration:
     return replace(calibration, method=POSTERIOR, filter_options={}, stop=Stop(), first_look=None, look=None, known=None)
 
 
-def _refuse_occupied(folder: Path) -> None:
+def _refuse_anything(folder: Path) -> None:
     """Raise InputError where something is in the folder already; a log is what a beginning that was cut short leaves."""
     if folder.exists() and (not folder.is_dir() or holds_campaign(folder) or any(each.name not in (LOG, NAME) for each in folder.iterdir())):
         raise InputError(f"{folder}: this is there already, and a library needs a folder of its own.")

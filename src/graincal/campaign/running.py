@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.campaign import CURVES, Campaign
+from graincal.campaign.claiming import claim
 from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.doubts import doubts, thinning_notes
@@ -92,14 +93,7 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
         store = Store.create(calibration, accepted=accepted)
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     folder = Path(folder)
-    _refuse_occupied(folder, calibration)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FolderError.of(folder, error) from error
-    with closing(Log(folder)) as log:
-        # Once more under the lock: another process may have begun here.
-        _refuse_occupied(folder, calibration)
+    with closing(claim(folder, lambda: _refuse_campaign(folder, calibration))) as log:
         return _run(calibration, Store.create(calibration, folder, accepted=accepted), log, listeners)
 
 
@@ -211,7 +205,8 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
     return replace(calibration, first_look=found)
 
 
-def _refuse_occupied(folder: Path, calibration: Calibration) -> None:
+def _refuse_campaign(folder: Path, calibration: Calibration) -> None:
+    """Raise InputError where a folder holds a campaign, a library, or files that belong to one."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: this is a file, and a folder was expected.")
     if holds_campaign(folder):

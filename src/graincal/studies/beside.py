@@ -9,7 +9,7 @@ import numpy as np
 
 from graincal.notation import numbers
 from graincal.report.tables import Table as Shown
-from graincal.studies.found import parameter_labels
+from graincal.studies.found import labels
 from graincal.studies.records import Row, Table
 from graincal.studies.settings import ITERATIVE
 
@@ -18,19 +18,19 @@ PAPER, FLOOR = "the paper", "runs at the same parameters"
 
 def beside(table: Table) -> Shown:
     """A column a quantity; of each setting the paper's row, and ours below it: the median over seeds, and their range where there are several. Below
-    each group of settings that have one floor there is
-    that floor."""
-    quantities, labels = tuple(dict.fromkeys(row.quantity for row in table.rows)), parameter_labels()
+    each group of settings that have one floor there is that floor.
+    """
+    quantities, shown = tuple(dict.fromkeys(row.quantity for row in table.rows)), labels()
     settings = {name: [row for row in table.rows if row.setting == name] for name in dict.fromkeys(row.setting for row in table.rows)}
     floors = {name: {row.quantity: row.floor for row in rows if row.floor is not None and np.isfinite(row.floor)} for name, rows in settings.items()}
     lines = []
     for _, group in groupby(settings, key=lambda name: tuple(sorted(floors[name].items()))):
         for name in group:
             of_setting = _setting(settings[name], quantities)
-            lines += [(labels.get(name, name) if number == 0 else "", *line) for number, line in enumerate(of_setting)]
+            lines += [(shown.get(name, name) if number == 0 else "", *line) for number, line in enumerate(of_setting)]
         if floor := floors[name]:
             lines.append((FLOOR, "differ by", *_cells(floor, quantities, 3)))
-    return Shown(("setting", "", *(labels.get(name, name) for name in quantities)), tuple(lines), figures=2)
+    return Shown(("setting", "", *(shown.get(name, name) for name in quantities)), tuple(lines), figures=2)
 
 
 def _setting(rows: Sequence[Row], quantities: Sequence[str]) -> list[tuple[str, ...]]:

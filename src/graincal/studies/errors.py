@@ -12,7 +12,7 @@ from graincal.report.palette import distinct
 from graincal.studies.common import at_truth, floor_on_synthetic, proof
 from graincal.studies.floors import ERROR, STRAIN, STRESS
 from graincal.studies.found import Fit, fit_in, rows
-from graincal.studies.judging import EXACT, Judgement, Values, at_least, at_most, smaller
+from graincal.studies.judging import Judgement, Values, at_least, at_most, smaller
 from graincal.studies.records import Conclusion, Findings, Table, conclusions
 from graincal.studies.settings import Setup
 from graincal.studies.study import Case, Done, Study
@@ -123,8 +123,10 @@ def _swings(along: Sequence[Along], scatter: Mapping[str, float]) -> Judgement:
     for each in along:
         early = [each[number] for number in range(SWINGS + 1) if number in each]
         stress, strain = (np.diff([fit.errors[name] for fit in early]) for name in (STRESS, STRAIN))
-        found.append(max(np.minimum(np.maximum(-stress, -strain), np.maximum(stress, strain)), default=np.nan))
+        # Nothing where both rise, or both fall, in each step.
+        steps = np.minimum(np.maximum(-stress, -strain), np.maximum(stress, strain))
+        found.append(max(0.0, steps.max()) if len(steps) else np.nan)
     swing = Values.of_finite(
         "what one error falls by and the other rises by at least, in one step,", found, max(floors) if floors else None, " percentage points"
     )
-    return at_least(swing, EXACT)
+    return at_least(swing, 0.0)

@@ -29,8 +29,7 @@ class Fit:
     """Parameters that a calibration came to.
 
     theta (n,); errors: by quantity, percent. response: a run at them, or the mean of several. last: the last iteration, None by methods without one.
-    stopped_by: the criterion that ended the calibration.
-    evaluations: how many it took.
+    stopped_by: the criterion that ended the calibration. evaluations: how many it took.
     """
 
     theta: NDArray[np.float64]
@@ -146,6 +145,11 @@ def values(
 def parameter_labels() -> dict[str, str]:
     """The parameters as they are written in tables and on axes."""
     return {name: shown.axis for name, shown in zip(paper.PARAMETERS, parameters(space()))}
+
+
+def labels() -> dict[str, str]:
+    """The quantities of tables as their columns are headed, where that is not their name."""
+    return parameter_labels() | {STRESS: "ε_{stress} [%]", STRAIN: "ε_{strain} [%]"}
 
 
 def parameter_names() -> dict[str, str]:

@@ -49,8 +49,7 @@ class Values:
     """A quantity of which a conclusion speaks.
 
     name: what it is called. values: one a seed or run (`of`), in `unit`. floor: by how much runs at the same parameters differ in it; NaN where that
-    is not known. elsewhere: how far seeds spread where
-    there are several, for a setting with one.
+    is not known. elsewhere: how far seeds spread where there are several, for a setting with one.
     """
 
     name: str
@@ -130,7 +129,7 @@ def _judge(compared: Sequence[Values], difference: Callable[[], float], limit: f
     unit, apart = compared[0].unit, difference()
     said = sentence(", and ".join(map(str, compared)))
     if limit is not None:
-        said += f"; the limit is {numbers.short(limit)}{unit}"
+        said += f"; the limit is {limit:.3g}{unit}"
     if doubt := _doubt(compared, abs(apart), unit, limit):
         return Judgement(CANNOT_BE_TOLD, f"{said}: {doubt}.")
     return Judgement(HOLDS if apart > 0 else DOES_NOT_HOLD, f"{said}.")

@@ -14,7 +14,7 @@ from graincal.studies import forecast, paper
 from graincal.studies.common import at_toyoura
 from graincal.studies.curves import over_iterations, over_strain
 from graincal.studies.floors import STRAIN, STRESS, floor
-from graincal.studies.found import ITERATIONS, QUANTITIES, Fit, fit_in, fits, parameter_names, rows, values
+from graincal.studies.found import ITERATIONS, QUANTITIES, Fit, fit_in, fits, labels, parameter_names, rows, values
 from graincal.studies.judging import Judgement, Values, all_of, differ, smaller
 from graincal.studies.records import Conclusion, Findings, Row, Table, conclusions
 from graincal.studies.settings import BOTH, POSTERIOR, SEQUENTIAL, Setup
@@ -168,7 +168,7 @@ def _conclusions(at: Sequence[_At]) -> tuple[Conclusion, ...]:
 
 def _better(at: _At) -> Judgement:
     compared = [
-        [values(f"{quantity.removesuffix(' [%]')} of {name} at {at.name}", at.found[name], quantity, at.floor) for name in ("GL", "MC")]
+        [values(f"{labels()[quantity].removesuffix(' [%]')} of {name} at {at.name}", at.found[name], quantity, at.floor) for name in ("GL", "MC")]
         for quantity in (STRESS, STRAIN)
     ]
     judged = all_of([smaller(*each) for each in compared])

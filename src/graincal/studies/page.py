@@ -106,7 +106,7 @@ def _subtitle(setup: Setup) -> str:
 def _method(setup: Setup) -> Sequence[str]:
     return (
         "Calibrations are made by the paper's method with its only criterion of stopping, s at most 0.01, "
-        "and many of them by graincal's method \"posterior\" too. "
+        'and many of them by graincal\'s method "posterior" too. '
         f'The density of grains is scaled by 1,000 at every confining pressure, as in the paper. The engine\'s accuracy is "{ACCURACY}".',
         f"Seeds of a calibration: {len(setup.short)} in studies that take at most an hour a seed, {len(setup.long)} in longer ones.",
         "A conclusion rests on a difference. Where runs at the same parameters differ by as much, or seeds spread as far, it cannot be told. "

@@ -127,7 +127,7 @@ def _notes() -> tuple[str, ...]:
         "ε counts the stress ratio four times as much as volumetric strain (Eq. 6 with shares of 0.2 and 0.8).",
         "Packings that the data folder lacks are prepared by graincal, with the same void ratio and grading, and are another sample of the material.",
         f'The method "posterior" is run with up to {MOST_BY_POSTERIOR} particles: '
-        'on larger packings its 800 runs would take most of the time of all studies.',
+        "on larger packings its 800 runs would take most of the time of all studies.",
     )
 
 

@@ -16,10 +16,9 @@ class Row:
     """One number of one of the paper's tables.
 
     setting: the row of the paper's table. quantity: its column. paper: what the paper printed, None where it printed nothing. ours: what graincal
-    found, one number a seed; none where it was not run.
-    floor: by how much runs at one and the same parameters differ in it; None where that is not known. method: by which ours were found; none for
-    plain runs. missing: why it cannot be run, in words.
-    remark: what is to be said beside ours, as that calibrations were cut.
+    found, one number a seed; none where it was not run. floor: by how much runs at one and the same parameters differ in it; None where that is not
+    known. method: by which ours were found; none for plain runs. missing: why it cannot be run, in words. remark: what is to be said beside ours, as
+    that calibrations were cut.
     """
 
     setting: str

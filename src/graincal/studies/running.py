@@ -1,4 +1,4 @@
-"""Runs the work of studies, one piece after the other, shared and gone on with, and writes what they find."""
+"""Runs the work of studies, one piece after the other, and writes what they find."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ PARTICLE_STEPS = 1e7
 @dataclass(frozen=True)
 class Plan:
     """What is left. of_study: the work of each study, by its name, of which pieces that several share are named in each; skipped: (study, case) that
-    lack a file; after: by the name of a piece of work what
-    must be at its end before."""
+    lack a file; after: by the name of a piece of work what must be at its end before.
+    """
 
     of_study: Mapping[str, tuple[Work, ...]]
     skipped: tuple[tuple[str, Case], ...]

@@ -39,8 +39,9 @@ class Size:
     """How large the studies are.
 
     particles: instead of the packings of the paper, one of our own with so many grains. of_samples: times the paper's number of samples in an
-    iteration. most_iterations: of the iterative filter.
-    most_evaluations: of the method "posterior", False for its own end. repeats: runs at one and the same parameters."""
+    iteration. most_iterations: of the iterative filter. most_evaluations: of the method "posterior", False for its own end. repeats: runs at one and
+    the same parameters.
+    """
 
     particles: int | None = None
     of_samples: float = 1.0

@@ -18,8 +18,8 @@ from graincal.studies.work import Calibrating, Running, Work
 @dataclass(frozen=True)
 class Case:
     """One setting of a study, with what is run for it: a calibration a seed, or plain runs. missing: why it cannot be run, as the files that it
-    lacks, in words; then nothing is. after: what must be at its
-    end before it is begun."""
+    lacks, in words; then nothing is. after: what must be at its end before it is begun.
+    """
 
     setting: str
     work: tuple[Work, ...] = ()

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Result
 from graincal.report.drawing import Axis, Bars, Figure, Line, Mark, Panel
 from graincal.report.palette import BAND, distinct
 from graincal.studies.common import at_truth
+from graincal.studies.costs import Costs, largest
 from graincal.studies.curves import iterations
 from graincal.studies.floors import floor_of_steps
 from graincal.studies.found import cut, fits
@@ -63,8 +62,8 @@ class Times(Study):
     def findings(self, setup: Setup, done: Done) -> Findings:
         cases = _shown(setup)
         missing = next((case.missing for case in cases.values() if case.missing), "")
-        found = {setting.name: [_Costs.of(result) for result in done.results(case)] for setting, case in cases.items()}
-        by_posterior = {box: [_Costs.of(result) for result in done.results(case)] for box, case in _posteriors(setup, done).items()}
+        found = {setting.name: [Costs.of(result) for result in done.results(case)] for setting, case in cases.items()}
+        by_posterior = {box: [Costs.of(result) for result in done.results(case)] for box, case in _posteriors(setup, done).items()}
         first = {name: many[0] for name, many in found.items() if many}
         notes = (
             "Hours are the sum over runs of the time of each on one core: "
@@ -90,63 +89,14 @@ _OF_OTHER_MACHINES = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class _Costs:
-    """Of one calibration, by iteration: the hours and the steps of its evaluations, (N,) each, NaN where they are not known. failed: how many gave no
-    response; unknown: of these, those without steps.
-    """
-
-    hours: tuple[NDArray[np.float64], ...]
-    steps: tuple[NDArray[np.float64], ...]
-    failed: int
-    unknown: int
-
-    @classmethod
-    def of(cls, result: Result) -> _Costs:
-        steps, hours = result.detail("steps"), result.seconds[:, 0] / 3600
-        rows = [result.iteration == each.index for each in result.iterations]
-        return cls(
-            tuple(hours[each] for each in rows), tuple(steps[each] for each in rows), result.failures, int(np.sum(np.isnan(steps) & result.failed))
-        )
-
-    @property
-    def longest(self) -> NDArray[np.float64]:
-        """(I,): of each iteration, hours."""
-        return np.array([_largest(each) for each in self.hours])
-
-    @property
-    def together(self) -> NDArray[np.float64]:
-        """(I,): of all evaluations of each iteration, hours."""
-        return np.array([np.nansum(each) for each in self.hours])
-
-    @property
-    def most_steps(self) -> NDArray[np.float64]:
-        """(I,): of the longest evaluation of each iteration."""
-        return np.array([_largest(each) for each in self.steps])
-
-    @property
-    def all_steps(self) -> float:
-        return float(sum(np.nansum(each) for each in self.steps))
-
-    @property
-    def gained(self) -> float:
-        """How many times less all take where each iteration runs at once, in steps."""
-        return self.all_steps / float(np.nansum(self.most_steps))
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        return {
-            EVALUATIONS: float(sum(map(len, self.hours))),
-            STEPS: self.all_steps / 1e6,
-            AT_ONCE: float(np.nansum(self.longest)),
-            IN_TURN: float(self.together.sum()),
-        }
-
-
-def _largest(values: NDArray[np.float64]) -> float:
-    """NaN where none is known."""
-    known = values[np.isfinite(values)]
-    return float(known.max()) if len(known) else np.nan
+def _numbers(costs: Costs) -> dict[str, float]:
+    """By the quantities of the table."""
+    return {
+        EVALUATIONS: float(costs.evaluations),
+        STEPS: costs.all_steps / 1e6,
+        AT_ONCE: float(np.nansum(costs.longest)),
+        IN_TURN: float(costs.together.sum()),
+    }
 
 
 def _shown(setup: Setup) -> dict[Setting, Case]:
@@ -158,7 +108,7 @@ def _posteriors(setup: Setup, done: Done) -> dict[str, Case]:
     return {box: case for box, case in posteriors_by_box(setup, done).items() if box != "extra wide"}
 
 
-def _failures(found: Mapping[str, Sequence[_Costs]]) -> list[str]:
+def _failures(found: Mapping[str, Sequence[Costs]]) -> list[str]:
     """What failed runs have to do with these numbers."""
     every = [each for many in found.values() for each in many]
     failed, unknown = sum(each.failed for each in every), sum(each.unknown for each in every)
@@ -167,27 +117,27 @@ def _failures(found: Mapping[str, Sequence[_Costs]]) -> list[str]:
     return [f"{failed} runs failed; their hours and steps are counted, but for the steps of {unknown}, which are not known."]
 
 
-def _rows(found: Mapping[str, Sequence[_Costs]], by_posterior: Mapping[str, Sequence[_Costs]], missing: str, cuts: Mapping[str, str]) -> list[Row]:
+def _rows(found: Mapping[str, Sequence[Costs]], by_posterior: Mapping[str, Sequence[Costs]], missing: str, cuts: Mapping[str, str]) -> list[Row]:
     lines, shown = [], (EVALUATIONS, STEPS, AT_ONCE, IN_TURN)
     for setting in SETTINGS:
         if setting.box != "extra wide":
-            printed, ours = PRINTED.get(setting.name, {}), [each.numbers for each in found[setting.name]]
+            printed, ours = PRINTED.get(setting.name, {}), [_numbers(each) for each in found[setting.name]]
             how = cuts[setting.name]
             lines += [Row(setting.name, name, printed.get(name), tuple(each[name] for each in ours), None, ITERATIVE, missing, how) for name in shown]
     for box, many in by_posterior.items():
-        lines += [Row(box, name, None, tuple(each.numbers[name] for each in many), None, POSTERIOR) for name in (EVALUATIONS, STEPS, IN_TURN)]
+        lines += [Row(box, name, None, tuple(_numbers(each)[name] for each in many), None, POSTERIOR) for name in (EVALUATIONS, STEPS, IN_TURN)]
     return lines
 
 
-def _peaks(found: Mapping[str, Sequence[_Costs]], missing: str) -> list[Row]:
+def _peaks(found: Mapping[str, Sequence[Costs]], missing: str) -> list[Row]:
     """The longest evaluations, of the first seeds: those of the text."""
     first = [many[0] for many in found.values() if many]
-    peaks, late = [_largest(each.longest) for each in first], [each.longest[LATE] for each in first if len(each.longest) > LATE]
+    peaks, late = [largest(each.longest) for each in first], [each.longest[LATE] for each in first if len(each.longest) > LATE]
     ours = (min(peaks), max(peaks), max(late, default=np.nan)) if len(first) == len(found) else ()
     return [Row(name, LONGEST, printed, ours[number : number + 1], missing=missing) for number, (name, printed) in enumerate(PEAKS.items())]
 
 
-def _inset_rows(first: Mapping[str, _Costs], missing: str) -> list[Row]:
+def _inset_rows(first: Mapping[str, Costs], missing: str) -> list[Row]:
     """How many evaluations took how long, in hours of the machine."""
     lines = []
     for number, printed in COUNTS.items():
@@ -198,7 +148,7 @@ def _inset_rows(first: Mapping[str, _Costs], missing: str) -> list[Row]:
     return lines
 
 
-def _figure(first: Mapping[str, _Costs]) -> Figure:
+def _figure(first: Mapping[str, Costs]) -> Figure:
     def panel(title: str, label: str, series: Mapping[str, NDArray[np.float64]]) -> Panel:
         shown = {name: values[: SHOWN + 1] for name, values in series.items()}
         lines = tuple(
@@ -220,21 +170,21 @@ def _figure(first: Mapping[str, _Costs]) -> Figure:
     return Figure("figure-16", "Times along the iterations", caption, tuple(panels), columns=2)
 
 
-def _histogram(number: int, costs: _Costs) -> Panel:
+def _histogram(number: int, costs: Costs) -> Panel:
     hours = costs.hours[number][np.isfinite(costs.hours[number])]
     heights, edges = np.histogram(hours, bins=20)
     mark: Mark = Bars(edges, heights.astype(float), BAND, "runs")
     return Panel(f"{INSET}, iteration {number}", Axis("time of an evaluation [h]"), Axis("runs"), (mark,))
 
 
-def _conclusions(found: Mapping[str, Sequence[_Costs]], cuts: Mapping[str, str], floor: float | None) -> tuple[Conclusion, ...]:
+def _conclusions(found: Mapping[str, Sequence[Costs]], cuts: Mapping[str, str], floor: float | None) -> tuple[Conclusion, ...]:
     """By steps, for they do not depend on the machine.
 
     cuts: whether calibrations were cut. floor: what the steps of runs at the same parameters differ by, as a part of them.
     """
     several = found[SEVERAL]
 
-    def of(name: str, setting: str, number: Callable[[_Costs], float]) -> Values:
+    def of(name: str, setting: str, number: Callable[[Costs], float]) -> Values:
         """For one seed as many parts of its number as those of the setting with several seeds spread over."""
         ours = [number(each) / 1e6 for each in found[setting]]
         middle, elsewhere = np.nanmedian(ours) if ours else np.nan, [number(each) / 1e6 for each in several]
@@ -243,13 +193,13 @@ def _conclusions(found: Mapping[str, Sequence[_Costs]], cuts: Mapping[str, str],
         return Values.of_finite(f"{name} of {setting}{how}", ours, None if floor is None else floor * middle, " million steps", elsewhere=spread)
 
     def early(setting: str) -> Values:
-        return of("the longest run in iterations 0 and 1", setting, lambda each: _largest(each.most_steps[:2]))
+        return of("the longest run in iterations 0 and 1", setting, lambda each: largest(each.most_steps[:2]))
 
     def late(setting: str) -> Values:
-        return of("the longest run of later iterations", setting, lambda each: _largest(each.most_steps[2:]))
+        return of("the longest run of later iterations", setting, lambda each: largest(each.most_steps[2:]))
 
     def longest(box: str, alpha: int) -> Values:
-        return of("the longest run", f"{box}, α = {alpha}", lambda each: _largest(each.most_steps))
+        return of("the longest run", f"{box}, α = {alpha}", lambda each: largest(each.most_steps))
 
     def total(box: str, alpha: int) -> Values:
         return of("the sum of all runs", f"{box}, α = {alpha}", lambda each: each.all_steps)

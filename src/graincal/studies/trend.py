@@ -42,19 +42,18 @@ def no_trend(name: str, by_size: Mapping[int, Sequence[float]], small: float, un
     """Whether a quantity does not change with the number of particles by more than `small`.
 
     by_size: the values of all seeds at each number of particles. It holds where the interval of the change lies within ± `small`, does not where the
-    interval excludes zero and the change is larger than
-    that, and cannot be told otherwise. falls_only: only a fall counts as a change.
+    interval excludes zero and the change is larger than that, and cannot be told otherwise. falls_only: only a fall counts as a change.
     """
     found = {size: float(np.median(values)) for size, values in sorted(by_size.items()) if len(values)}
     if len(found) < FEWEST:
         return Judgement(CANNOT_BE_TOLD, f"A trend of {name} needs packings of {FEWEST} sizes, and there are {len(found)}.")
     trend = Trend.of(list(found), np.array(list(found.values())))
     seeds = [len(by_size[size]) for size in found]
-    count = f"{min(seeds)}" if min(seeds) == max(seeds) else f"{min(seeds)} to {max(seeds)}"
+    count = f"{min(seeds)} to {max(seeds)} seeds" if min(seeds) < max(seeds) else "one seed" if seeds[0] == 1 else f"{seeds[0]} seeds"
     said = (
         f"{sentence(name)} changes along the sizes by {numbers.value(trend.change, 2)}{unit}, "
         f"with an interval of 95 % of {numbers.between(trend.low, trend.high)}{unit}, "
-        f"by {len(found)} sizes of {count} seeds each"
+        f"by {len(found)} sizes of {count} each"
     )
     if not np.isfinite(small):
         return Judgement(CANNOT_BE_TOLD, f"{said}: how far runs at the same parameters differ is not known.")

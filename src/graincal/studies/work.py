@@ -1,4 +1,4 @@
-"""What studies run: calibrations and plain runs, each in a folder of its own, so that they are shared, gone on with, and never made twice."""
+"""What studies run: calibrations and plain runs, each in a folder of its own, so that studies share them, interrupted ones continue, and none is made twice."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graincal.campaign.trouble import FolderError
+from graincal.data import InputError
 from graincal.report.with_matplotlib import save
 from graincal.studies.page import render
 from graincal.studies.records import Findings, Table
@@ -47,17 +48,17 @@ def write(
 
 
 def _found(studies: Sequence[Study], setup: Setup, done: Done) -> tuple[dict[Study, Findings], dict[str, str]]:
-    """What each study finds. A mistake in the code of one costs hours of others no page: it is said, with its place, and the others are written."""
+    """What each study finds. A file that cannot be read, or a mistake in the code of one study, costs hours of others no page: it is said, with its place, and the others are written."""
     found, broken = {}, {}
     for study in studies:
         try:
             found[study] = study.findings(setup, done)
+        except InputError as error:
+            found[study], broken[study.name] = Findings(), str(error)
         except Exception as error:
             place = traceback.extract_tb(error.__traceback__)[-1]
-            found[study], broken[study.name] = (
-                Findings(),
-                f"by a mistake in graincal: {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno}).",
-            )
+            where = f"{Path(place.filename).name}, line {place.lineno}"
+            found[study], broken[study.name] = Findings(), f"by a mistake in graincal: {type(error).__name__}: {error} ({where})."
     return found, broken
 
 
