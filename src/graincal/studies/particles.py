@@ -135,8 +135,8 @@ def _conclusions(found: Mapping[int, Sequence[Fit]], floors: Mapping[int, Mappin
     def by_size(quantity: str) -> dict[int, list[float]]:
         return {particles: [fit.numbers[quantity] for fit in many] for particles, many in found.items() if many}
 
-    ran = [particles for particles, many in found.items() if many]
-    known = max((floors[particles].get(ERROR, np.nan) for particles in ran), default=np.nan)
+    # Not known where it is not for one of the sizes.
+    known = float(np.max([floors[particles].get(ERROR, np.nan) for particles, many in found.items() if many] or [np.nan]))
     claims = {
         "No parameter has a trend with the number of particles: none changes along the sizes by more than the paper's calibrations differ by.": all_of(
             [no_trend(label, by_size(name), DIFFER[name]) for name, label in parameter_names().items()]
