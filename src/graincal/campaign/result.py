@@ -63,7 +63,7 @@ class Result:
     samples (N, n), ids (N,), iteration (N,): every sample and the iteration that asked for it. errors (N,): percent, Eq. 6; NaN for a failure.
     observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment. stopped (N,):
     samples whose run was stopped early, for it could not matter any more (`PosteriorFilter`); their errors are those of the states that they came to.
-    seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
+    seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was run.
     iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
     learnt: what each brought of the posterior, in figures; empty by methods without one.
     stopped_by, stopped_because: the criterion and a sentence; None while the campaign is not at its end.

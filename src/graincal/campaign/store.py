@@ -237,15 +237,8 @@ class Store:
             SELECT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND experiment = ? AND state = 'waiting'{but} ORDER BY sample"""
         return np.array([id for (id,) in self._rows(query, iteration, experiment)], dtype=np.int64)
 
-    def begin(self, ids: Sequence[int], experiment: int) -> None:
-        """Count an attempt at each of the samples."""
-        with self._transaction() as db:
-            db.executemany(
-                "UPDATE evaluation SET attempts = attempts + 1 WHERE sample = ? AND experiment = ?", [(int(id), experiment) for id in ids]
-            )
-
-    def record(self, id: int, experiment: int, outcome: Response | Failure) -> None:
-        """Keep the outcome of one evaluation."""
+    def record(self, id: int, experiment: int, outcome: Response | Failure, attempts: int = 1) -> None:
+        """Keep the outcome of one evaluation, and how often it was run to come to it."""
         details = {name: float(value) for name, value in outcome.details.items()}
         if isinstance(outcome, Response):
             turns = {"turns": outcome.turns} if outcome.turns else {}
@@ -255,9 +248,9 @@ class Store:
             found = ("failed", None, None, None, outcome.kind, outcome.reason)
         with self._transaction() as db:
             db.execute(
-                """UPDATE evaluation SET state = ?, control = ?, response = ?, about = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
+                """UPDATE evaluation SET state = ?, control = ?, response = ?, about = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?, attempts = attempts + ?
                    WHERE sample = ? AND experiment = ?""",
-                (*found, _now(), details.get("seconds"), json.dumps(details), int(id), experiment),
+                (*found, _now(), details.get("seconds"), json.dumps(details), attempts, int(id), experiment),
             )
 
     def outcome(self, id: int, experiment: int) -> Response | Failure | None:
