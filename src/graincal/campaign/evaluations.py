@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -33,6 +34,7 @@ class Evaluations:
         self.calibration, self.store, self.listeners, self._stored = calibration, store, listeners, stored
         self._scheduler = Scheduler(calibration.workers)
         self._batches: dict[int, tuple[Samples, EarlyStop | None]] = {}
+        self._under_way: Counter[int] = Counter()
 
     def until_whole(self, first: int, batches: Sequence[Samples], early_stops: Sequence[EarlyStop | None] = (None,)) -> None:
         """Have batches evaluated in all experiments, of which the first has this number, until that one is; the others go on meanwhile.
@@ -44,15 +46,12 @@ class Evaluations:
             if index not in self._batches:
                 self._batches[index] = samples, early_stop
                 self._give_batch(index, samples, early_stop)
-        while any(len(self.store.waiting(first, number)) for number in range(len(self.calibration.experiments))):
-            self._next()
+        self._until_ended(first)
 
     def of_one(self, iteration: int, number: int, samples: Samples, experiment: Experiment) -> None:
         """Have samples evaluated in one experiment, by whatever model it has here, to their ends."""
-        self._scheduler.submit(self._tasks(iteration, number, samples, experiment))
-        left = set(samples.ids.tolist())
-        while left:
-            left -= {name.id} if (name := self._next()).iteration == iteration else set()
+        self._submit(iteration, self._tasks(iteration, number, samples, experiment))
+        self._until_ended(iteration)
 
     def close(self) -> None:
         """End what is under way, and keep what has ended."""
@@ -60,13 +59,16 @@ class Evaluations:
         for ended in self._scheduler.ended():
             self._record(ended)
 
-    def _next(self) -> Evaluation:
+    def _until_ended(self, iteration: int) -> None:
+        while self._under_way[iteration]:
+            self._next()
+
+    def _next(self) -> None:
         """Wait for an evaluation to end and keep its outcome. The sample goes from one experiment to the next, unless it fails or is stopped."""
         name, outcome = self._record(self._scheduler.next())
         if name.iteration in self._batches and isinstance(outcome, Response) and not outcome.stopped and name.experiment + 1 < len(self.calibration.experiments):
             samples, early_stop = self._batches[name.iteration]
             self._give(name.iteration, name.experiment + 1, samples.take(samples.ids == name.id), early_stop)
-        return name
 
     def _give_batch(self, index: int, samples: Samples, early_stop: EarlyStop | None) -> None:
         begun = np.zeros(len(samples), dtype=bool)
@@ -80,7 +82,11 @@ class Evaluations:
 
     def _give(self, iteration: int, number: int, samples: Samples, early_stop: EarlyStop | None) -> None:
         if len(samples):
-            self._scheduler.submit(self._tasks(iteration, number, samples, self.calibration.experiments[number], early_stop))
+            self._submit(iteration, self._tasks(iteration, number, samples, self.calibration.experiments[number], early_stop))
+
+    def _submit(self, iteration: int, tasks: Sequence[Task]) -> None:
+        self._under_way[iteration] += len(tasks)
+        self._scheduler.submit(tasks)
 
     def _tasks(self, iteration: int, number: int, samples: Samples, experiment: Experiment, early_stop: EarlyStop | None = None) -> list[Task]:
         def hopeless(id: int, response: Response) -> bool:
@@ -95,6 +101,7 @@ class Evaluations:
         experiment = self.calibration.experiments[name.experiment]
         outcome = experiment.compared(ended.outcome)
         self.store.record(name.id, name.experiment, outcome, ended.attempts)
+        self._under_way[name.iteration] -= 1
         self._stored()
         for listener in self.listeners:
             listener.evaluated(name.id, experiment.name, outcome)
