@@ -2,7 +2,6 @@
 
 import json
 import os
-import sqlite3
 from dataclasses import replace
 
 import numpy as np
@@ -176,9 +175,8 @@ def test_it_goes_on_by_other_limits_as_if_they_had_been_its_own(result, tmp_path
 
 def test_what_another_build_began_stays_as_it_was(tmp_path):
     calibrate(folder=tmp_path)
-    with sqlite3.connect(tmp_path / "campaign.db") as db:
-        # Samples that this build would not have asked for.
-        db.execute("UPDATE sample SET theta = '[0.3, 0.3]' WHERE id = 9")
+    # Samples that this build would not have asked for.
+    Store.open(tmp_path).database.rows("UPDATE sample SET theta = '[0.3, 0.3]' WHERE id = 9")
     before = Store.open(tmp_path)
     with pytest.raises(gc.InputError, match="batch 1 comes out with other samples than are stored"):
         gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=3)

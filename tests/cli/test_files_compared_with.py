@@ -1,7 +1,6 @@
 """Files that a prediction or a simulation is compared with: by the campaign's columns, by --column, by their own names."""
 
 import shutil
-import sqlite3
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from graincal.cli.columns import Strain, said_of_file
 from graincal.cli.comparison import Compared, read_comparison
 from graincal.cli.predict import predicted_test
 from graincal.laboratory.another_file import Before
+from graincal.campaign.store import Store
 from graincal.models import StressPathTest
 
 pytestmark = pytest.mark.usefixtures("fewer_draws")
@@ -86,8 +86,8 @@ def by_header(tmp_path_factory):
 def by_number(tmp_path_factory, by_header):
     """The same, by a calibration file that names columns by their numbers."""
     folder = shutil.copytree(by_header, tmp_path_factory.mktemp("columns") / "number")
-    with closing(sqlite3.connect(folder / "campaign.db")) as store, store:
-        store.execute("UPDATE meta SET value = ? WHERE key = 'source'", (CALIBRATION.replace("REFERENCE", BY_NUMBER),))
+    with closing(Store.open(folder)) as store:
+        store.database.rows("UPDATE meta SET value = ? WHERE key = 'source'", CALIBRATION.replace("REFERENCE", BY_NUMBER))
     return folder
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.database import said_of_damage
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
@@ -96,7 +97,8 @@ class Result:
     def read(cls, folder: str | Path) -> Result:
         """The result in a campaign's folder, also of one that is still running. Raises InputError while no iteration is complete."""
         store = Store.open(Path(folder))
-        return cls(store, store.calibration)
+        with said_of_damage(store.database.path):
+            return cls(store, store.calibration)
 
     def __repr__(self) -> str:
         state = f"stopped by {self.stopped_by}" if self.stopped_by else "not at its end"
