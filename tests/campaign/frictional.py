@@ -7,6 +7,8 @@ import numpy as np
 import graincal as gc
 from graincal import demo
 
+from .as_tasks import as_tasks
+
 STRAIN = np.linspace(0, 0.15, 20)
 
 
@@ -15,13 +17,17 @@ def curves(friction, rolling, at=STRAIN):
     return {"stress_ratio": 1 + friction / 10 * at, "volumetric_strain": at * (0.1 - rolling)}
 
 
-def evaluate(test, samples, at, workers=None):
-    """Stands for `StressPathTest.evaluate`."""
+def respond(test, samples, at):
+    """The outcome of one sample."""
     nothing = np.zeros(len(at))
-    for row, (log_modulus, _, friction, _, rolling) in enumerate(test.arrange(samples)):
-        columns = {**dict.fromkeys(test.returned, nothing), **curves(friction, rolling, at), "void_ratio": 0.7 + nothing}
-        columns |= {"mean_stress": nothing + log_modulus, "steps": 1.0 + nothing}
-        yield row, gc.Response(at, columns, {"seconds": 0.01, "steps": 100})
+    ((log_modulus, _, friction, _, rolling),) = test.arrange(samples)
+    columns = {**dict.fromkeys(test.returned, nothing), **curves(friction, rolling, at), "void_ratio": 0.7 + nothing}
+    columns |= {"mean_stress": nothing + log_modulus, "steps": 1.0 + nothing}
+    return gc.Response(at, columns, {"seconds": 0.01, "steps": 100})
+
+
+tasks = as_tasks(respond)
+"""Stands for `StressPathTest.tasks`."""
 
 
 def packing():

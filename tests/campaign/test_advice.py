@@ -19,6 +19,7 @@ from graincal.inference.gain import Gain
 from graincal.models import StressPathTest
 
 from . import frictional
+from .as_tasks import as_tasks
 from .frictional import STRAIN
 from .hyperbola import SPACE, model, reference
 
@@ -29,11 +30,14 @@ ERRORS = {"stress_ratio": 0.05, "volumetric_strain": 3e-3}
 DRAINED, FAILING = "triaxial 1e6 to 0.15", "triaxial 2e6 to 0.15"
 
 
-def evaluate(test, samples, at, workers=None):
+def tasks(test, samples, at):
     """The soil; at 2 MPa weak grains have no response."""
-    for row, outcome in frictional.evaluate(test, samples, at):
-        weak = test.confining_pressure == 2e6 and samples.theta[row, 0] < np.median(samples.theta[:, 0])
-        yield row, gc.Failure("diverged", "Weak grains.") if weak else outcome
+    weak = samples.ids[samples.theta[:, 0] < np.median(samples.theta[:, 0])] if test.confining_pressure == 2e6 else []
+
+    def respond(test, sample, at):
+        return gc.Failure("diverged", "Weak grains.") if sample.ids[0] in weak else frictional.respond(test, sample, at)
+
+    return as_tasks(respond)(test, samples, at)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +48,7 @@ def folder(tmp_path_factory):
     measured = {name: values + ERRORS[name] * rng.standard_normal(len(STRAIN)) for name, values in frictional.curves(32.0, 0.3).items()}
     test, space = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED), gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)}, units={"phi": "deg"})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+        patch.setattr(StressPathTest, "tasks", frictional.tasks)
         stop = gc.Stop(max_iterations=3, posterior_shift=0)
         reference = gc.Reference(STRAIN, measured, measurement_errors=ERRORS)
         gc.calibrate(test, reference, space, folder=folder, workers=1, stop=stop, seed=1, first_batch=8, packing_scatter=False, discrepancy=False, correlation_length=0.1)
@@ -53,7 +57,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def closed_form(monkeypatch):
-    monkeypatch.setattr(StressPathTest, "evaluate", evaluate)
+    monkeypatch.setattr(StressPathTest, "tasks", tasks)
 
 
 def test_the_same_test_once_more_narrows_as_much_as_its_errors_halve(folder, closed_form, tmp_path):

@@ -6,6 +6,7 @@ import os
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ import graincal as gc
 from graincal.campaign.config import read_calibration
 from graincal.campaign.status import status
 from graincal.campaign.store import Store
+from graincal.models import Model
 
+from .as_tasks import as_tasks, model_of
 from .hyperbola import SPACE, STRAIN, THE_PAPERS, respond, write_calibration
 from .test_campaign import assert_same
 from .test_posterior_campaign import infeasible, measured
@@ -176,31 +179,26 @@ def test_an_executor_is_handed_all_that_waits(result):
 
     with ThreadPoolExecutor(12) as executor:
         model = gc.PythonModel(counted, executor=executor)
-        assert_same(result, gc.calibrate(model, measured(), SPACE, method="posterior", seed=6, stop=THREE_BATCHES, ahead=1, workers=1))
+        assert_same(result, gc.calibrate(model, measured(), SPACE, method="posterior", seed=6, stop=THREE_BATCHES, ahead=1, workers="all"))
 
 
 def test_any_model_is_asked_for_single_samples():
-    class Plain:
-        def evaluate(self, samples, at, workers=None):
-            assert len(samples) <= 1
-            for row, theta in enumerate(samples.theta):
-                yield row, gc.Response(at, respond(theta))
-
-    found = gc.calibrate(Plain(), measured(), SPACE, method="posterior", stop=gc.Stop(max_iterations=1), ahead=1, workers=2)
+    plain = model_of(lambda samples, at: gc.Response(at, respond(samples.theta[0])))
+    found = gc.calibrate(plain, measured(), SPACE, method="posterior", stop=gc.Stop(max_iterations=1), ahead=1, workers=2)
     assert len(found.samples) == 11 and not found.failures
 
 
 def test_the_longest_run_of_a_batch_begins_first_and_the_next_batch_after_it(result):
     begun = []
 
-    class Telling:
-        def evaluate(self, samples, at, workers=None):
-            for row, (id, theta) in enumerate(zip(samples.ids, samples.theta)):
-                begun.append(int(id))
-                yield row, gc.Response(at, respond(theta)) if theta.sum() <= 1.5 else gc.Failure("infeasible", "no such soil.")
+    def tell(model, samples, at):
+        begun.append(int(samples.ids[0]))
+        (theta,) = samples.theta
+        return gc.Response(at, respond(theta)) if theta.sum() <= 1.5 else gc.Failure("infeasible", "no such soil.")
 
-        def expected_lengths(self, samples):
-            return samples.theta[:, 0]
+    class Telling(Model):
+        def tasks(self, samples, at):
+            return [replace(task, cost=float(theta[0])) for task, theta in zip(as_tasks(tell)(self, samples, at), samples.theta)]
 
     assert_same(result, gc.calibrate(Telling(), measured(), SPACE, method="posterior", seed=6, stop=THREE_BATCHES, ahead=1, workers=1))
     # A batch is handed over as one, and the single worker takes it in order.

@@ -9,7 +9,10 @@ import graincal as gc
 from graincal.campaign.export import export_csv
 from graincal.campaign.log import describe_iteration
 from graincal.campaign.status import status
+from graincal.execution import Task
+from graincal.models import Model
 
+from . import as_tasks as tasked
 from .hyperbola import SPACE, STRAIN, respond
 from .test_campaign import assert_same
 from .test_first_look import LIMITS, TRUTH
@@ -19,19 +22,17 @@ pytestmark = pytest.mark.usefixtures("fewer_draws")
 OPTIONS = {"method": "posterior", "seed": 4, "workers": 1, "batch": 12, "correlation_length": 0.1, "early_stop": True, "stop": gc.Stop(max_iterations=3, posterior_shift=False)}
 
 
-class Watched:
+class Watched(Model):
     """The soil, state by state. `calls` counts the states of all runs."""
-
-    can_be_watched = True
 
     def __init__(self, breaks_at=np.inf):
         self.states, self.breaks_at = 0, breaks_at
 
-    def evaluate(self, samples, at, workers=None, watch=None):
-        for row, (id, theta) in enumerate(zip(samples.ids, samples.theta)):
-            yield row, self._run(int(id), theta, at, watch)
+    def tasks(self, samples, at):
+        work = tasked.Watched(lambda theta, watch: self._run(theta, at, watch))
+        return [Task(work, theta) for theta in samples.theta]
 
-    def _run(self, id, theta, at, watch):
+    def _run(self, theta, at, watch):
         try:
             values = respond(theta)
         except ArithmeticError as error:
@@ -41,7 +42,7 @@ class Watched:
             if self.states > self.breaks_at:
                 raise KeyboardInterrupt
             response = gc.Response(at[:count], {name: each[:count] for name, each in values.items()}, {"seconds": 0.1 * count})
-            if watch and count < len(at) and watch(id, response):
+            if watch and count < len(at) and watch(response):
                 return gc.Response(response.control, response.values, {**response.details, "stopped": 1})
         return response
 
@@ -120,10 +121,9 @@ def test_a_campaign_that_was_broken_off_ends_as_if_it_never_was(options, breaks_
 
 def test_a_model_that_cannot_be_watched_runs_to_the_end():
     class Unwatched(Watched):
-        can_be_watched = False
-
-        def evaluate(self, samples, at, workers=None):
-            return super().evaluate(samples, at, workers)
+        def tasks(self, samples, at):
+            work = tasked.Calls(lambda theta: self._run(theta, at, None))
+            return [Task(work, theta) for theta in samples.theta]
 
     found = calibrate(Unwatched())
     assert not found.stopped.any()

@@ -13,6 +13,7 @@ from graincal.campaign.running import LOOK
 from graincal.campaign.status import status
 from graincal.cli import app
 
+from .as_tasks import broken_off
 from .hyperbola import write_calibration
 from .test_campaign import assert_same
 
@@ -61,19 +62,9 @@ def test_the_look_is_taken_first_and_its_evaluations_are_begun_with(file, whole)
 
 
 @pytest.mark.parametrize("breaks_at", [5, 23])
-def test_it_is_gone_on_with_wherever_it_was_broken_off(file, whole, tmp_path, monkeypatch, breaks_at):
+def test_it_is_gone_on_with_wherever_it_was_broken_off(file, whole, tmp_path, breaks_at):
     calibration = read_calibration(file)
-    evaluate, calls = gc.PythonModel.evaluate, []
-
-    def interrupted(self, samples, *arguments, **options):
-        for outcome in evaluate(self, samples, *arguments, **options):
-            calls.append(outcome)
-            if len(calls) == breaks_at:
-                raise KeyboardInterrupt
-            yield outcome
-
-    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(gc.PythonModel, "evaluate", interrupted)
+    with broken_off(after=breaks_at - 1):
         begin(calibration, tmp_path / "campaign")
     found = status(tmp_path / "campaign")
     assert found["first_look"]["state"] == ("interrupted" if breaks_at == 5 else "finished")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from graincal.models import StressPathTest
 from graincal.report import prediction
 
 from . import frictional
+from .as_tasks import as_tasks
 
 pytestmark = pytest.mark.usefixtures("fewer_draws")
 
@@ -33,26 +36,24 @@ def engine(monkeypatch):
         runs = prepared = 0
         breaks_at = np.inf
 
-    own = StressPathTest.evaluate
+    lock = threading.Lock()
 
-    def evaluate(test, samples, at, workers=None):
-        for row, id in enumerate(samples.ids):
-            which = int(id) % SIBLINGS if len(test.packings) == SIBLINGS else None
-            for _, response in frictional.evaluate(test, samples.take([row]), at, workers):
-                if which is not None:
-                    Engine.runs += 1
-                    if Engine.runs > Engine.breaks_at:
-                        raise KeyboardInterrupt
-                    stress = 1 + (response.values["stress_ratio"] - 1) * (1 + 0.05 * (which - 2.5))
-                    response = gc.Response(response.control, {**response.values, "stress_ratio": stress}, response.details)
-                yield row, response
+    def respond(test, sample, at):
+        response = frictional.respond(test, sample, at)
+        if len(test.packings) == SIBLINGS:
+            with lock:
+                Engine.runs += 1
+                if Engine.runs > Engine.breaks_at:
+                    raise KeyboardInterrupt
+            stress = 1 + (response.values["stress_ratio"] - 1) * (1 + 0.05 * (int(sample.ids[0]) % SIBLINGS - 2.5))
+            response = gc.Response(response.control, {**response.values, "stress_ratio": stress}, response.details)
+        return response
 
     def on_siblings(packing, count, threads=1):
         Engine.prepared += 1
         return [packing] * count
 
-    assert own is not evaluate
-    monkeypatch.setattr(StressPathTest, "evaluate", evaluate)
+    monkeypatch.setattr(StressPathTest, "tasks", as_tasks(respond))
     monkeypatch.setattr("graincal.models.stress_path.siblings", on_siblings)
     return Engine
 

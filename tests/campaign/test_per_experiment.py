@@ -198,7 +198,7 @@ def test_a_calibration_file_says_it_by_a_key(tmp_path, call):
 
 
 def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypatch, call):
-    monkeypatch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+    monkeypatch.setattr(StressPathTest, "tasks", frictional.tasks)
     space = gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)}, units={"phi": "deg"}, per_experiment=["phi"])
 
     def experiment(name, pressure, friction):

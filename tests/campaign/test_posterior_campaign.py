@@ -2,7 +2,6 @@
 
 import json
 import os
-import sqlite3
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from graincal.cli.check import _describe, _expectation
 from graincal.inference.doubt import CENTRAL
 from graincal.inference.likely_runs import likely_runs
 
+from .as_tasks import broken_off
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 from .test_campaign import assert_same
 
@@ -175,9 +175,8 @@ def test_it_goes_on_by_other_limits_as_if_they_had_been_its_own(result, tmp_path
 
 def test_what_another_build_began_stays_as_it_was(tmp_path):
     calibrate(folder=tmp_path)
-    with sqlite3.connect(tmp_path / "campaign.db") as db:
-        # Samples that this build would not have asked for.
-        db.execute("UPDATE sample SET theta = '[0.3, 0.3]' WHERE id = 9")
+    # Samples that this build would not have asked for.
+    Store.open(tmp_path).database.rows("UPDATE sample SET theta = '[0.3, 0.3]' WHERE id = 9")
     before = Store.open(tmp_path)
     with pytest.raises(gc.InputError, match="batch 1 comes out with other samples than are stored"):
         gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=3)
@@ -204,17 +203,9 @@ def test_a_limit_in_time_ends_it_with_an_answer_and_it_goes_on_from_there(result
 def test_the_clock_counts_all_sittings(tmp_path, monkeypatch):
     now = iter(np.arange(0.0, 1e9, 600.0))
     monkeypatch.setattr("graincal.campaign.campaign.time.monotonic", lambda: float(next(now)))
-    calls = []
-
-    def interrupted(theta):
-        calls.append(theta)
-        if len(calls) == 5:
-            raise KeyboardInterrupt
-        return infeasible(theta)
-
     stop = gc.Stop(max_iterations=3, hours=2)
-    with pytest.raises(KeyboardInterrupt):
-        calibrate(interrupted, folder=tmp_path / "campaign", stop=stop)
+    with broken_off(after=4):
+        calibrate(infeasible, folder=tmp_path / "campaign", stop=stop)
     # Ten minutes pass at each look at the clock: within the first batch an hour is over, and with what follows two are.
     assert float(Store.open(tmp_path / "campaign").meta("seconds spent")) > 3000
     ended = gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible))

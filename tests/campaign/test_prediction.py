@@ -9,6 +9,7 @@ from graincal import InputError, Reference, calibrate, predict
 from graincal.data import Failure, Response
 from graincal.inference import Stop
 
+from .as_tasks import model_of
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 
 
@@ -36,29 +37,16 @@ def test_draws_follow_the_seed(result):
     assert not np.array_equal(first.theta, other.theta)
 
 
-class HalfFails:
-    """Every second evaluation has no response."""
-
-    def evaluate(self, samples, at, workers=None):
-        for row, theta in enumerate(samples.theta):
-            yield row, Failure("diverged", "It blew up.") if row % 2 else Response(at, respond(theta))
-
-
 def test_failures_are_left_out_and_counted(result):
-    prediction = predict(result, HalfFails(), STRAIN, samples=10, workers=1)
+    # Every second evaluation has no response.
+    half_fails = model_of(lambda samples, at: Failure("diverged", "It blew up.") if samples.ids[0] % 2 else Response(at, respond(samples.theta[0])))
+    prediction = predict(result, half_fails, STRAIN, samples=10, workers=1)
     assert len(prediction.failures) == 5 and len(prediction.theta) == 5
-
-
-class Fails:
-    """No evaluation has a response."""
-
-    def evaluate(self, samples, at, workers=None):
-        yield from ((row, Failure("diverged", "It blew up.")) for row in range(len(samples)))
 
 
 def test_what_cannot_be_predicted_is_said(result):
     with pytest.raises(InputError, match="none of the 4 .* It blew up"):
-        predict(result, Fails(), STRAIN, samples=4, workers=1)
+        predict(result, model_of(lambda *_: Failure("diverged", "It blew up.")), STRAIN, samples=4, workers=1)
     with pytest.raises(InputError, match="at least two"):
         predict(result, model(), STRAIN, samples=1)
     elsewhere = Reference(STRAIN[1:], {name: values[1:] for name, values in reference().observables.items()})

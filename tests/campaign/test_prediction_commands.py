@@ -37,7 +37,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("comparison")
     models = {"soil": {}, "wrong": {"phi": 40.0}}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+        patch.setattr(StressPathTest, "tasks", frictional.tasks)
         for name, wrong in models.items():
             space = gc.ParameterSpace({key: limits for key, limits in {"phi": (10, 50), "eta_m": (0, 1)}.items() if key not in wrong}, units={} if wrong else {"phi": "deg"})
             test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED | wrong)
@@ -52,7 +52,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def closed_form(monkeypatch):
-    monkeypatch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+    monkeypatch.setattr(StressPathTest, "tasks", frictional.tasks)
 
 
 def test_another_pressure_is_predicted_and_scored(call, folder, tmp_path):

@@ -230,7 +230,7 @@ def test_a_prediction_is_scored_without_it(result):
 
 
 def test_a_built_in_test_is_calibrated_with_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+    monkeypatch.setattr(StressPathTest, "tasks", frictional.tasks)
     curves, space = frictional.curves(32.0, 0.3), gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)})
     test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed={"log_E": 8, "nu": 0.2, "beta_m": 0.1})
     reference = gc.Reference(frictional.STRAIN, {"stress_ratio": curves["stress_ratio"]}, recorded={"volumetric_strain": curves["volumetric_strain"]})

@@ -38,7 +38,7 @@ def folder(tmp_path_factory):
     reference = gc.Reference(frictional.STRAIN, frictional.curves(32.0, 0.3), measurement_errors={"stress_ratio": 0.01})
     options = {"seed": 1, "workers": 1, "first_batch": 12, "stop": gc.Stop(max_iterations=2), "packing_scatter": False, "truth": {"phi": 32.0}, "folder": folder}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+        patch.setattr(StressPathTest, "tasks", frictional.tasks)
         gc.calibrate(gc.TriaxialTest(PACKING, 0.5e6, fixed=FIXED), reference, SPACE, **options)
     return folder
 

@@ -20,6 +20,7 @@ from graincal.inference import PosteriorFilter
 from graincal.inference.known_runs import KnownRuns, uncovered
 
 from . import frictional
+from .as_tasks import broken_off
 from .hyperbola import SPACE, STRAIN, THE_PAPERS, TRUTH, reference, respond, write_calibration
 from .test_posterior_campaign import infeasible
 
@@ -55,25 +56,11 @@ def test_a_library_fills_the_ranges_and_has_no_result(tmp_path):
         library(tmp_path)
 
 
-class Impatient:
-    """The soil, which the process is interrupted in at the call of a number; by the name of the function itself, as if that were interrupted."""
-
-    def __init__(self, last):
-        self.calls, self.last = 0, last
-        self.__module__, self.__qualname__ = infeasible.__module__, infeasible.__qualname__
-
-    def __call__(self, theta):
-        self.calls += 1
-        if self.calls == self.last:
-            raise KeyboardInterrupt
-        return infeasible(theta)
-
-
 def test_a_library_that_was_broken_off_goes_on(tmp_path):
     whole = library(tmp_path / "whole")
     arguments = {"to": STRAIN, "folder": tmp_path / "library", "runs": 40, "workers": 1}
-    with pytest.raises(KeyboardInterrupt):
-        gc.explore(gc.PythonModel(Impatient(10)), SPACE, **arguments)
+    with broken_off(after=9):
+        gc.explore(gc.PythonModel(infeasible), SPACE, **arguments)
     assert status(tmp_path / "library")["state"] == "interrupted"
     gc.explore(gc.PythonModel(infeasible), SPACE, **arguments)
     one, other = (Store.open(folder) for folder in (whole, tmp_path / "library"))
@@ -101,8 +88,8 @@ def test_a_calibration_learns_from_runs_that_are_there(tmp_path):
 def test_a_calibration_with_known_runs_goes_on_bit_for_bit(tmp_path):
     folder = library(tmp_path / "library")
     whole = calibrate([folder])
-    with pytest.raises(KeyboardInterrupt):
-        gc.calibrate(gc.PythonModel(Impatient(6)), measured(), SPACE, runs=[folder], seed=6, stop=STOP, workers=1, folder=tmp_path / "campaign")
+    with broken_off(after=5):
+        gc.calibrate(gc.PythonModel(infeasible), measured(), SPACE, runs=[folder], seed=6, stop=STOP, workers=1, folder=tmp_path / "campaign")
     resumed = gc.resume(tmp_path / "campaign", gc.PythonModel(infeasible))
     np.testing.assert_array_equal(resumed.samples, whole.samples)
     np.testing.assert_array_equal(resumed.posterior.weights, whole.posterior.weights)
@@ -190,8 +177,8 @@ def test_what_explore_cannot_take_is_said(tmp_path):
 def test_points_of_somebodys_own_are_run_and_read_back(tmp_path):
     points = SPACE.from_unit(np.random.default_rng(2).random((5, SPACE.size)))
     arguments = {"to": STRAIN, "folder": tmp_path / "library", "workers": 1, "points": points}
-    with pytest.raises(KeyboardInterrupt):
-        gc.explore(gc.PythonModel(Impatient(3)), SPACE, **arguments)
+    with broken_off(after=2):
+        gc.explore(gc.PythonModel(infeasible), SPACE, **arguments)
     assert status(tmp_path / "library")["state"] == "interrupted"
     go_on_filling(tmp_path / "library", [gc.PythonModel(infeasible)])
     found = Library.read(gc.explore(gc.PythonModel(infeasible), SPACE, **arguments))

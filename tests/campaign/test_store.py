@@ -1,13 +1,19 @@
 """The store gives back, bit for bit, what it was given; and nothing is lost or overwritten when it cannot write."""
 
+import shutil
 import sqlite3
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import graincal as gc
 from graincal import Experiment, Failure, FolderError, InputError, PythonModel, Response, Stop, TriaxialTest
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.description import AbsentModel, describe, restore
+from graincal.campaign.database import columns_of
+from graincal.campaign.status import status
 from graincal.campaign.store import Store, holds_campaign
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
@@ -166,12 +172,72 @@ def test_a_file_that_is_no_store_is_said(tmp_path):
         Store.open(tmp_path)
 
 
-def test_a_store_of_another_format_is_refused(tmp_path):
+@pytest.mark.parametrize(("format", "said"), [(99, r"reads formats up to 5: a later version of graincal was expected"), (3, r"reads the formats 4 and 5 alone: calibrate again, in another folder")])
+def test_a_store_of_another_format_is_refused(tmp_path, format, said):
     Store.create(calibration(), tmp_path).close()
     with sqlite3.connect(tmp_path / "campaign.db") as db:
-        db.execute("PRAGMA user_version = 99")
-    with pytest.raises(InputError, match=r"this campaign was stored by graincal [\d.]+ in the format 99, and graincal [\d.]+ reads the format 4 alone: calibrate again, in another folder"):
+        db.execute(f"PRAGMA user_version = {format}")
+    with pytest.raises(InputError, match=rf"this campaign was stored by graincal [\d.]+ in the format {format}, and graincal [\d.]+ {said}"):
         Store.open(tmp_path)
+
+
+def test_a_store_of_the_format_before_is_brought_up(tmp_path):
+    shutil.copy(Path(__file__).parents[1] / "data" / "begun" / "engine" / "campaign.db", tmp_path)
+    store = Store.open(tmp_path)
+    assert store.database.version == 5 and store.counts()["evaluated"] == 25
+    assert isinstance(store.outcome(0, 0), Response)
+    # Its rows are guarded from now on.
+    store.database.rows("UPDATE evaluation SET crc = crc + 1 WHERE sample = 0")
+    with pytest.raises(FolderError, match=r"campaign.db: this store of a campaign is damaged \(a row of evaluation is not what was written\)"):
+        store.outcome(0, 0)
+
+
+@pytest.mark.parametrize("table", ["meta", "sample", "evaluation", "iteration"])
+def test_a_number_that_flipped_is_found(tmp_path, table):
+    """One bit of one value, beneath SQLite's own pages: nothing else would notice it."""
+    result = gc.calibrate(gc.PythonModel(respond), reference(), SPACE, method="iterative-bayesian", stop=Stop(max_iterations=1), folder=tmp_path)
+    store = Store.open(tmp_path)
+    column = {"meta": "value", "sample": "theta", "evaluation": "response", "iteration": "weights"}[table]
+    ((value,),) = store._rows(f"SELECT {column} FROM {table} {'WHERE key = ' + repr('description') if table == 'meta' else ''} LIMIT 1")
+    data = value if isinstance(value, bytes) else value.encode()
+    store.close()
+    content = (tmp_path / "campaign.db").read_bytes()
+    at = content.rindex(data[-40:]) + 20
+    (tmp_path / "campaign.db").write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+    with pytest.raises(FolderError, match=f"damaged .a row of {table}"):
+        read = gc.Result.read(tmp_path)
+        [read.response(int(id)) for id in result.ids]
+
+
+def test_whatever_a_store_holds_is_a_sentence_or_a_result(tmp_path):
+    """Values of other kinds in every column, with checksums that are right: written by something else."""
+    gc.calibrate(gc.PythonModel(respond), reference(), SPACE, method="iterative-bayesian", stop=Stop(max_iterations=1), folder=tmp_path / "whole")
+    for table in ("meta", "sample", "evaluation", "iteration"):
+        for column in columns_of(table):
+            for value in ("", "nonsense", "[1", b"\x93NUMPY\x03\x00", 7):
+                folder = shutil.copytree(tmp_path / "whole", tmp_path / "other")
+                with suppress(FolderError):
+                    Store.open(folder)._rows(f"UPDATE {table} SET {column} = ?", value)
+                try:
+                    read = gc.Result.read(folder)
+                    [read.response(int(id)) for id in read.ids]
+                    status(folder)
+                except InputError as error:
+                    assert str(folder) in str(error) and "\n" not in str(error)
+                shutil.rmtree(folder)
+
+
+def test_details_that_are_not_finite_are_kept(store):
+    samples = asked(store)
+    store.record(samples.ids[0], 0, Failure("infeasible", "no.", {"reached": np.nan, "stopped": np.inf}))
+    assert np.isnan(store.outcome(samples.ids[0], 0).details["reached"]) and store.counts()["failed"] == 1
+
+
+def test_many_further_quantities_come_back(store):
+    samples = asked(store)
+    values = {f"displacement_of_gauge_{number:03d}_mm": STRAIN for number in range(600)}
+    store.record(samples.ids[0], 0, Response(STRAIN, values))
+    assert list(store.outcome(samples.ids[0], 0).values) == list(values)
 
 
 def test_a_reader_sees_what_is_finished_while_the_writer_goes_on(tmp_path):

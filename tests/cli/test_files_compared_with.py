@@ -1,7 +1,6 @@
 """Files that a prediction or a simulation is compared with: by the campaign's columns, by --column, by their own names."""
 
 import shutil
-import sqlite3
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from campaign import frictional
+from campaign.as_tasks import as_tasks
 from campaign.frictional import STRAIN
 
 import graincal as gc
@@ -20,6 +20,7 @@ from graincal.cli.columns import Strain, said_of_file
 from graincal.cli.comparison import Compared, read_comparison
 from graincal.cli.predict import predicted_test
 from graincal.laboratory.another_file import Before
+from graincal.campaign.store import Store
 from graincal.models import StressPathTest
 
 pytestmark = pytest.mark.usefixtures("fewer_draws")
@@ -71,7 +72,7 @@ def campaign(folder, reference, calibration=CALIBRATION):
     (folder / "lab.csv").write_text(printed(1))
     (folder / "calibration.toml").write_text(calibration.replace("REFERENCE", reference))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+        patch.setattr(StressPathTest, "tasks", frictional.tasks)
         begin(read_calibration(folder / "calibration.toml"), folder / "campaign")
     return folder / "campaign"
 
@@ -85,20 +86,20 @@ def by_header(tmp_path_factory):
 def by_number(tmp_path_factory, by_header):
     """The same, by a calibration file that names columns by their numbers."""
     folder = shutil.copytree(by_header, tmp_path_factory.mktemp("columns") / "number")
-    with closing(sqlite3.connect(folder / "campaign.db")) as store, store:
-        store.execute("UPDATE meta SET value = ? WHERE key = 'source'", (CALIBRATION.replace("REFERENCE", BY_NUMBER),))
+    with closing(Store.open(folder)) as store:
+        store.database.rows("UPDATE meta SET value = ? WHERE key = 'source'", CALIBRATION.replace("REFERENCE", BY_NUMBER))
     return folder
 
 
 @pytest.fixture(autouse=True)
 def closed_form(monkeypatch):
-    monkeypatch.setattr(StressPathTest, "evaluate", frictional.evaluate)
+    monkeypatch.setattr(StressPathTest, "tasks", frictional.tasks)
 
 
-def counted(*given, **options):
+def counted(*given):
     """The soil in closed form, with what `simulate` says of a run."""
-    for row, response in frictional.evaluate(*given, **options):
-        yield row, replace(response, details={**response.details, "states": 20, "flagged": 0})
+    response = frictional.respond(*given)
+    return replace(response, details={**response.details, "states": 20, "flagged": 0})
 
 
 def said(called):
@@ -180,7 +181,7 @@ def test_what_the_file_holds_is_compared(call, by_header, tmp_path):
 
 
 def test_a_simulation_is_compared_with_what_a_file_holds(call, tmp_path, monkeypatch):
-    monkeypatch.setattr(StressPathTest, "evaluate", counted)
+    monkeypatch.setattr(StressPathTest, "tasks", as_tasks(counted))
     (tmp_path / "lab.csv").write_text(printed(1).replace("Ev", "sensor"))
     given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", PRESSURE, "-p", "log_E=8", "-p", "nu=0.2", "-p", "phi=32", "-p", "beta_m=0.1", "-p", "eta_m=0.3"]
     columns = ["--column", "axial_strain=Ea:%", "--column", "deviator_stress=q:kPa", "--strain", "engineering"]
@@ -207,7 +208,7 @@ def test_what_is_not_fitted_is_read_and_drawn_and_told_apart(call, tmp_path, mon
     # Where the other file does not hold it.
     (tmp_path / "stress.csv").write_text(write(("axial_strain", "stress_ratio"), (STRAIN, measured(2)["stress_ratio"])))
     assert "Not fitted" not in call("predict", folder, "--against", tmp_path / "stress.csv", "--samples", "20").out
-    monkeypatch.setattr(StressPathTest, "evaluate", counted)
+    monkeypatch.setattr(StressPathTest, "tasks", as_tasks(counted))
     given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", PRESSURE, "-p", "log_E=8", "-p", "nu=0.2", "-p", "phi=32", "-p", "beta_m=0.1", "-p", "eta_m=0.3"]
     called = call(*given, "--at", folder.parent / "calibration.toml", "-o", tmp_path / "curve.csv", "--plot", tmp_path / "curve.png")
     assert called.code == 0 and "Error of what is not fitted: volumetric_strain" in called.err

@@ -105,31 +105,25 @@ def test_a_copy_at_another_pressure_has_the_packings_and_one_on_another_packing_
 
 
 def test_a_sample_by_itself_gives_the_same_and_can_be_stopped():
-    one_by_one = TEST.one_by_one(STRAINS)
     for id, expected in zip([7, 3], outcomes(TEST, [7, 3])):
-        found = one_by_one.evaluate(Samples(np.array([id]), np.array([THETA]), NAMES))
-        for name, values in found.values.items():
+        (task,) = TEST.tasks(Samples(np.array([id]), np.array([THETA]), NAMES), STRAINS)
+        for name, values in task.work(task.argument).values.items():
             np.testing.assert_array_equal(values, expected[name])
     # With grains so light that their time steps take it tens of seconds.
-    endless = TriaxialTest(PACKINGS, 2e5, density_scaling=1e-3, step_limit=10**15).one_by_one(np.linspace(0, 0.5, 100_000))
-    errors = []
-
-    def evaluate():
-        try:
-            endless.evaluate(Samples(np.array([0]), np.array([THETA]), NAMES))
-        except ValueError as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=evaluate, daemon=True)
+    endless = TriaxialTest(PACKINGS, 2e5, density_scaling=1e-3, step_limit=10**15)
+    (task,) = endless.tasks(Samples(np.array([0]), np.array([THETA]), NAMES), np.linspace(0, 0.5, 100_000))
+    stopped, found = threading.Event(), []
+    thread = threading.Thread(target=lambda: found.append(task.work.run(task.argument, stopped.is_set)), daemon=True)
     thread.start()
     time.sleep(0.5)
     assert thread.is_alive()
-    endless.stop()
+    stopped.set()
     thread.join(60)
-    assert not thread.is_alive() and errors
+    assert not thread.is_alive() and found[0].kind == "cancelled"
     # What moduli differ by, lengths do too: a critical time step goes with the root of the stiffness.
-    soft_and_stiff = Samples(np.arange(2), np.array([THETA, [10.0, *THETA[1:]]]), NAMES)
-    assert np.divide(*TEST.expected_lengths(soft_and_stiff)[::-1]) == pytest.approx(10)
+    soft_and_stiff = Samples(np.zeros(2, dtype=int), np.array([THETA, [10.0, *THETA[1:]]]), NAMES)
+    soft, stiff = (task.cost for task in TEST.tasks(soft_and_stiff, STRAINS))
+    assert stiff / soft == pytest.approx(10)
 
 
 def test_siblings_are_at_a_void_ratio_that_all_of_their_seeds_reach(monkeypatch):

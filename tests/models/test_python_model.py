@@ -198,7 +198,7 @@ def test_a_function_that_cannot_be_found_is_said_at_once(module, tmp_path, funct
     name = module(text)
     model = PythonModel(function.format(name=name), folder=tmp_path)
     with pytest.raises(InputError, match=said):
-        next(model.evaluate(samples(), at=AT), None)
+        model.check(AT, samples())
 
 
 def test_a_file_of_the_folder_comes_before_a_module_of_its_name(tmp_path, monkeypatch):
@@ -239,8 +239,8 @@ AS_ONE_STARTS = """
             from multiprocessing.popen_spawn_posix import Popen
             launch = Popen._launch
             def interrupted(self, process):
-                launch(self, process)
                 Popen._launch = launch
+                launch(self, process)
                 threading.Thread(target=os.killpg, args=(0, signal.SIGINT)).start()
                 time.sleep(0.5)
             Popen._launch = interrupted

@@ -1,6 +1,5 @@
 """Results to report, calibrated once."""
 
-import sqlite3
 
 import numpy as np
 import pytest
@@ -49,12 +48,11 @@ def all_failed():
 def running(tmp_path):
     """A campaign that a reader finds before its end."""
     from graincal.campaign import Result
-    from graincal.campaign.store import NAME
+    from graincal.campaign.store import Store
 
     folder = tmp_path / "campaign"
     soil.calibrate(folder=folder)
-    with sqlite3.connect(folder / NAME) as db:
-        db.execute("DELETE FROM meta WHERE key LIKE 'stopped%'")
+    Store.open(folder).database.rows("DELETE FROM meta WHERE key LIKE 'stopped%'")
     return Result.read(folder)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from campaign.as_tasks import as_tasks
 from typer.testing import CliRunner
 
 import graincal as gc
@@ -68,7 +69,7 @@ def test_it_is_left_out_where_it_would_take_long(result, tmp_path, monkeypatch):
 
 
 def test_a_prediction_that_fails_says_why(result, monkeypatch):
-    monkeypatch.setattr(gc.TriaxialTest, "evaluate", lambda *_, **__: iter([(0, Failure("diverged", "a particle ran away."))]))
+    monkeypatch.setattr(gc.TriaxialTest, "tasks", as_tasks(lambda *_: Failure("diverged", "a particle ran away.")))
     found = predict_response(result, 2.0)
     assert found.response is None and found.missing == "It could not be simulated: a particle ran away."
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from graincal.campaign.advising import advise
     from graincal.campaign.calibration import Calibration
     from graincal.campaign.candidate_tests import CandidateTest
-    from graincal.campaign.experiment import Experiment, Model
+    from graincal.campaign.experiment import Experiment
     from graincal.campaign.exploring import explore
     from graincal.campaign.listener import Listener
     from graincal.campaign.prediction import Prediction, predict
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from graincal.campaign.running import begin, calibrate, resume
     from graincal.campaign.trouble import FolderError
 
-__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Model", "Prediction", "Remark", "Result", "advise", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Remark", "Result", "advise", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -27,7 +27,7 @@ __getattr__ = exported(
         "graincal.campaign.advising": ["advise"],
         "graincal.campaign.calibration": ["Calibration"],
         "graincal.campaign.candidate_tests": ["CandidateTest"],
-        "graincal.campaign.experiment": ["Experiment", "Model"],
+        "graincal.campaign.experiment": ["Experiment"],
         "graincal.campaign.exploring": ["explore"],
         "graincal.campaign.listener": ["Listener"],
         "graincal.campaign.prediction": ["Prediction", "predict"],

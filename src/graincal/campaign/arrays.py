@@ -20,7 +20,7 @@ def pack_array(array: NDArray) -> bytes:
 
 def unpack_array(blob: bytes) -> NDArray:
     """The array that `pack_array` made bytes of, read-only."""
-    array = npy.read_array(io.BytesIO(blob), allow_pickle=False)
+    array = npy.read_array(io.BytesIO(blob), allow_pickle=False, max_header_size=len(blob))
     array.setflags(write=False)
     return array
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from graincal.campaign.curves import file_name
-from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.experiment import Experiment
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.execution import number_of_workers
 from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
@@ -21,7 +21,7 @@ from graincal.inference.knowledge import Knowledge
 from graincal.inference.known_runs import KnownRuns
 from graincal.inference.packings import Siblings
 from graincal.laboratory.vocabulary import did_you_mean_observable
-from graincal.models import StressPathTest
+from graincal.models import Model, StressPathTest
 from graincal.models.contact_parameters import check_ranges, check_units
 from graincal.suggestion import did_you_mean
 
@@ -231,8 +231,7 @@ class Calibration:
         # A model that is given no samples says what is wrong with everything else.
         nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names)
         try:
-            for _ in experiment.evaluate(nothing):
-                pass
+            model.check(experiment.reference.control, nothing)
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
 

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from graincal.campaign.candidate_tests import CONTROLS, LAST_STRAIN, LAST_STRESS, CandidateTest, rows_to
 from graincal.campaign.config import ExperimentEntry, read_entries
-from graincal.campaign.experiment import Model
 from graincal.data import InputError
-from graincal.models import StressPathTest
+from graincal.models import Model, StressPathTest
 from graincal.models.stress_path import STRAINS
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.calibration import check_observables
-from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.experiment import Experiment
 from graincal.data import InputError, MeasurementError, Reference
-from graincal.models import StressPathTest, TableTest
+from graincal.models import Model, StressPathTest, TableTest
 from graincal.models.another_test import another_test
 from graincal.models.stress_path import STRAINS
 from graincal.notation import numbers

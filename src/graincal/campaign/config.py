@@ -13,8 +13,8 @@ from pydantic import BeforeValidator, Field, ValidationError, field_validator, m
 
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment
-from graincal.campaign.first_look import read_first_look
 from graincal.campaign.exploring import no_reference
+from graincal.campaign.first_look import read_first_look
 from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
 from graincal.campaign.section import Section, mistake, sentences

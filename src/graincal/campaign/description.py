@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
-from graincal.campaign.experiment import Experiment, Model
-from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
+from graincal.campaign.experiment import Experiment
+from graincal.data import InputError, MeasurementError, ParameterSpace, Reference, Samples
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
+from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.first_look import FirstLook
 from graincal.inference.known_runs import KnownRuns
-from graincal.models import TESTS, PythonModel, TableTest
+from graincal.models import TESTS, Model, PythonModel, TableTest
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -68,12 +69,12 @@ def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
 
 
 @dataclass(frozen=True)
-class AbsentModel:
+class AbsentModel(Model):
     """A model that was handed over in Python, and of which a store can only keep the name."""
 
     name: str
 
-    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
+    def tasks(self, samples: Samples, at: ArrayLike) -> list[Task]:
         """Raise InputError: there is nothing to evaluate with."""
         raise InputError(f"its model ({self.name}) was handed over in Python, so that it must be again: graincal.resume(folder, model).")
 

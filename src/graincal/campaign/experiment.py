@@ -3,40 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.dem.siblings import sibling_particles
-from graincal.execution import OneByOne
+from graincal.execution import Outcomes, Task
 from graincal.inference.errors import curve_error
 from graincal.inference.packings import Siblings
 from graincal.interpolation import interpolate
-from graincal.models import StressPathTest
+from graincal.models import Model, StressPathTest
 from graincal.models.stress_path import Abscissa
 
-
 Hopeless = Callable[[int, NDArray[np.float64]], bool]
-
-
-class Model(Protocol):
-    """Whatever evaluates samples.
-
-    It may offer one_by_one(at), a `OneByOne`, to a campaign that asks for batches ahead; if it does not, `evaluate` is then called from several threads
-    at once, each with one sample and one worker. And expected_lengths(samples), (N,): how the run lengths of samples compare with one another. If its
-    `can_be_watched` is true, both take a further watch(id, response), which is shown the first of a sample's states and stops its run by returning True:
-    then they are its Response, with details["stopped"] = 1.
-    """
-
-    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | None = None) -> Iterator[tuple[int, Response | Failure]]:
-        """Evaluate each sample so that its response covers the control values `at` and yield (row, Response or Failure) in order of completion. A response is on
-        states of the model's own, the same for each sample, or on `at` itself.
-
-        Closing the iterator stops what is under way. Raises InputError for what no sample can mend, also when there are no samples.
-        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,41 +37,25 @@ class Experiment:
         # What packings differ by goes with the root of their grains' number.
         return Siblings(len(self.model.packings), sibling_particles(self.model.packing) / self.model.packing.count)
 
-    def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Iterator[tuple[int, Response | Failure]]:
+    def tasks(self, samples: Samples) -> Sequence[Task]:
+        """A task for each sample, whose response is on the model's own states, and is to be `compared`."""
+        return self.model.tasks(samples, self.reference.control)
+
+    def evaluate(self, samples: Samples, workers: int | None = None, hopeless: Hopeless | None = None) -> Outcomes:
         """Evaluate each sample and yield (row, outcome) in order of completion; a Response is on the model's own states, and can be compared with the reference.
 
         hopeless(id, rows): whether a sample need not be run to its end, by the observables at the first of the reference's rows (t, J); asked where the model can be watched.
         """
-        outcomes = iter(self.model.evaluate(samples, at=self.reference.control, workers=workers, **self._watch(hopeless)))
-        try:
+        watch = None if hopeless is None else lambda id, response: hopeless(id, self.so_far(response))
+        with closing(self.model.evaluate(samples, self.reference.control, workers, watch)) as outcomes:
             for row, outcome in outcomes:
-                yield row, self.compared(outcome) if isinstance(outcome, Response) else outcome
-        finally:
-            # Not left to the garbage collector: simulations under way are stopped now.
-            if hasattr(outcomes, "close"):
-                outcomes.close()
-
-    def one_by_one(self, hopeless: Hopeless | None = None) -> OneByOne:
-        """As `evaluate`, but of single samples and from any thread."""
-        at, offered, watch = self.reference.control, getattr(self.model, "one_by_one", None), self._watch(hopeless)
-        each = offered(at, **watch) if offered else OneByOne(lambda sample: dict(self.model.evaluate(sample, at=at, workers=1, **watch))[0])
-
-        def compared(sample: Samples) -> Response | Failure:
-            outcome = each.evaluate(sample)
-            return self.compared(outcome) if isinstance(outcome, Response) else outcome
-
-        return replace(each, evaluate=compared)
+                yield row, self.compared(outcome)
 
     def expected_particle_steps(self, samples: Samples) -> NDArray[np.float64] | None:
         """About what runs of samples cost, (N,), in particle-steps of the built-in engine; None for other models."""
         if not isinstance(self.model, StressPathTest):
             return None
         return self.model.expected_particle_steps(samples, self.reference.control)
-
-    def expected_lengths(self, samples: Samples) -> NDArray[np.float64]:
-        """How the run lengths of samples compare with one another, (N,): the same for all where the model does not know."""
-        expected = getattr(self.model, "expected_lengths", None)
-        return np.ones(len(samples)) if expected is None else expected(samples)
 
     def abscissa(self, at: NDArray[np.float64]) -> Abscissa:
         """What curves of this test are drawn over at the control values (S,): most over these, and a cycle over its stress."""
@@ -127,22 +93,19 @@ class Experiment:
             if isinstance(met, Response):
                 yield rows, np.moveaxis(np.stack([met.values[name] for name in names], axis=1), -1, 0)
 
-    def _watch(self, hopeless: Hopeless | None) -> dict[str, Callable[[int, Response], bool]]:
-        if hopeless is None or not getattr(self.model, "can_be_watched", False):
-            return {}
-        return {"watch": lambda id, response: hopeless(id, self._so_far(response))}
-
-    def _so_far(self, response: Response) -> NDArray[np.float64]:
+    def so_far(self, response: Response) -> NDArray[np.float64]:
         """The observables of a run that goes on, at the first of the reference's rows (t, J) that no further state would change."""
         compared = {name: response.values[name] for name in self.reference.names}
         met = interpolate(replace(response, values=compared, details={**response.details, "stopped": 1}), self.reference.control)
         return met.observables(self.reference.names)
 
-    def compared(self, response: Response) -> Response | Failure:
-        """The response, or why it cannot be compared with the reference. Raises InputError where something that was measured is missing in it, fitted or not."""
-        if missing := [name for name in self.reference.measured if name not in response.values]:
-            raise InputError(f'experiment "{self.name}": the model returns {", ".join(response.values)}, and the reference needs {", ".join(missing)} too.')
-        return self.usable(response)
+    def compared(self, outcome: Response | Failure) -> Response | Failure:
+        """An outcome: where it is a response that cannot be compared with the reference, why. Raises InputError where something that was measured is missing in it, fitted or not."""
+        if isinstance(outcome, Failure):
+            return outcome
+        if missing := [name for name in self.reference.measured if name not in outcome.values]:
+            raise InputError(f'experiment "{self.name}": the model returns {", ".join(outcome.values)}, and the reference needs {", ".join(missing)} too.')
+        return self.usable(outcome)
 
     def usable(self, response: Response) -> Response | Failure:
         """The response, which holds all observables, or why these cannot be compared with the reference."""

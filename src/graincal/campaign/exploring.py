@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
 from graincal.campaign.claiming import claim
-from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.experiment import Experiment
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
 from graincal.campaign.log import Log
@@ -24,6 +24,7 @@ from graincal.campaign.store import LIBRARY, NAME, POINTS, Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.inference import Stop
 from graincal.inference.defensive import DefensiveMixture
+from graincal.models import Model
 
 
 def explore(
@@ -130,8 +131,7 @@ def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener])
     points = points_of(store)
     theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0])) if points is None else points
     samples = Samples(np.arange(count, dtype=np.int64), theta, space.names)
-    store.ask(0, samples, len(calibration.experiments))
-    Campaign(calibration, store, listeners).evaluate(0, samples)
+    Campaign(calibration, store, listeners).fill(samples)
     counts = store.counts()
     store.stop("runs", f"All {count} runs have been made, and {counts['failed']} of them failed.")
     return store.folder

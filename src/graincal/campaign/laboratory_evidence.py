@@ -13,7 +13,6 @@ from graincal.data import InputError
 from graincal.laboratory import Decision, Known, Understanding, understand
 from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import DIMENSIONS
-
 from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, TriaxialTest
 
 if TYPE_CHECKING:

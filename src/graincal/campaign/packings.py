@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign.listener import Listener
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference import PosteriorFilter
 from graincal.inference.packings import SIBLINGS
 
 if TYPE_CHECKING:
-    from graincal.campaign.calibration import Calibration
+    from graincal.campaign.evaluations import Evaluations
     from graincal.campaign.experiment import Experiment
     from graincal.campaign.store import Store
 
@@ -33,8 +31,9 @@ TROUBLE = "packings of experiment {}"
 """The key under which a store keeps why packings like that of an experiment (its number) could not be prepared."""
 
 
-def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Store, listeners: Sequence[Listener] = ()) -> None:
+def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
     """Run what the filter wants to be run on siblings of each experiment's packing, as far as the store does not hold it, and tell it."""
+    calibration, store, listeners = evaluations.calibration, evaluations.store, evaluations.listeners
     samples = _samples(filter.places, calibration.space.names)
     store.ask(STUDY, samples, len(calibration.experiments))
     for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):
@@ -54,10 +53,7 @@ def study_packings(filter: PosteriorFilter, calibration: Calibration, store: Sto
         if abs(own - others) > VOID_RATIO_APART:
             for listener in listeners:
                 listener.remark(f"The packings like that of {experiment.name} have a void ratio of {others:.3f}, and it has {own:.3f}: the nearest that could be prepared.")
-        store.begin(waiting.ids, number)
-        with closing(replace(experiment, model=model).evaluate(calibration.space.seen_by(number, waiting), calibration.number_of_workers)) as outcomes:
-            for row, outcome in outcomes:
-                store.record(int(waiting.ids[row]), number, outcome)
+        evaluations.of_one(STUDY, number, waiting, replace(experiment, model=model))
     store.keep(STUDIED, "yes")
     filter.tell_packings(*packings_told(store, calibration.experiments))
 

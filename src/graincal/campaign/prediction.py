@@ -9,14 +9,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.campaign.experiment import Model, not_finite
+from graincal.campaign.experiment import not_finite
 from graincal.campaign.result import Result
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.execution import number_of_workers
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import systematic_resampling
-from graincal.interpolation import interpolate
 from graincal.inference.scoring import Score, score
+from graincal.interpolation import interpolate
+from graincal.models import Model
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from graincal.campaign.recorded import in_words, recorded_of_answer
 from graincal.campaign.remark import Remark, remark
-from graincal.campaign.trust import accepted_problems, cautions, causes, conditions, doubts, has_settled
+from graincal.campaign.trust import accepted_problems, causes, cautions, conditions, doubts, has_settled
 from graincal.inference.likely_runs import LikelyRuns
 from graincal.inference.posterior import PROBABILITY
 from graincal.notation import numbers

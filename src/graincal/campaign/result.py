@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.database import said_of_damage
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
@@ -63,7 +64,7 @@ class Result:
     samples (N, n), ids (N,), iteration (N,): every sample and the iteration that asked for it. errors (N,): percent, Eq. 6; NaN for a failure.
     observable_errors (N, P): percent, Eq. 5, by experiment and observable. failed (N,): samples without a usable response in some experiment. stopped (N,):
     samples whose run was stopped early, for it could not matter any more (`PosteriorFilter`); their errors are those of the states that they came to.
-    seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was begun.
+    seconds (N, E): run time of each evaluation, NaN where none is known. attempts (N, E): how often each was run.
     iterations: what each iteration found (`graincal.inference.Iteration`; the proposals are not kept).
     learnt: what each brought of the posterior, in figures; empty by methods without one.
     stopped_by, stopped_because: the criterion and a sentence; None while the campaign is not at its end.
@@ -96,7 +97,8 @@ class Result:
     def read(cls, folder: str | Path) -> Result:
         """The result in a campaign's folder, also of one that is still running. Raises InputError while no iteration is complete."""
         store = Store.open(Path(folder))
-        return cls(store, store.calibration)
+        with said_of_damage(store.database.path):
+            return cls(store, store.calibration)
 
     def __repr__(self) -> str:
         state = f"stopped by {self.stopped_by}" if self.stopped_by else "not at its end"

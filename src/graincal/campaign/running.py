@@ -17,7 +17,7 @@ from graincal.campaign.claiming import claim
 from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.doubts import doubts, thinning_notes
-from graincal.campaign.experiment import Experiment, Model
+from graincal.campaign.experiment import Experiment
 from graincal.campaign.first_look import first_look_of
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import Log
@@ -28,6 +28,7 @@ from graincal.campaign.store import SPENT, Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference import DEFAULT_METHOD, Stop
+from graincal.models import Model
 
 CALIBRATION_FILE = "campaign.toml"
 LOOK = "first_look"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from graincal.campaign.database import said_of_damage
 from graincal.campaign.log import is_running
 from graincal.campaign.recorded import recorded_of_answer
 from graincal.campaign.remarks import remarks
@@ -49,6 +50,11 @@ def status(folder: str | Path) -> dict[str, Any]:
     """
     folder = Path(folder)
     store = Store.open(folder)
+    with said_of_damage(store.database.path):
+        return _status(folder, store)
+
+
+def _status(folder: Path, store: Store) -> dict[str, Any]:
     running, finished = is_running(folder), store.meta("stopped_by") is not None
     counts, seconds = store.counts(), [took for *_, took in store.runs() if took is not None]
     result = Result(store, store.calibration) if store.iterations() else None

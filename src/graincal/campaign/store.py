@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, closing, suppress
 from datetime import datetime, timezone
 from functools import cached_property
 from importlib.metadata import version
@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 
 from graincal.campaign.arrays import pack_array, pack_columns, unpack_array, unpack_columns
 from graincal.campaign.calibration import Calibration, round_of
+from graincal.campaign.database import BEFORE, NAME, VERSION, Database, columns_of, damage_is_said, sound
 from graincal.campaign.description import describe, describe_first_look, describe_stop, restore
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.learnt import Learnt
+from graincal.campaign.log import is_running
 from graincal.campaign.looks import pack_look, unpack_look
 from graincal.campaign.provenance import provenance
 from graincal.campaign.trouble import FolderError
@@ -32,7 +34,6 @@ from graincal.inference.emulation import Found
 from graincal.inference.first_look import FirstLook
 from graincal.inference.known_runs import KnownRuns
 
-NAME = "campaign.db"
 LIBRARY = "library"
 """The key under which a store of runs for no reference keeps how many there are to be."""
 
@@ -42,58 +43,30 @@ POINTS = "points"
 ACCEPTED = "accepted"
 """The key under which a store keeps the problems in spite of which its campaign was begun."""
 
-VERSION = 4
-
 OUT_OF_TIME, SPENT = "out of time", "seconds spent"
 """The keys under which a store keeps the iteration that was the last within the limit in time, and the wall time of all sittings so far."""
 
 # Values that one query takes; SQLite allows more.
 AT_ONCE = 500
 
-# theta and details are JSON; arrays are .npy (arrays.py). A response is kept on the states of its model, whatever the reference. An evaluation is "waiting"
-# until it is "finished" (a response) or "failed" (a reason). One that was stopped early is finished, with a response that is shorter, and its details say so.
-# Samples below 0 are those of the study of packings (packings.py), and belong to no iteration.
-_SCHEMA = """
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE sample (id INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, theta TEXT NOT NULL);
-CREATE INDEX sample_by_iteration ON sample (iteration);
-CREATE TABLE evaluation (
-    sample INTEGER NOT NULL REFERENCES sample (id),
-    experiment INTEGER NOT NULL,
-    state TEXT NOT NULL CHECK (state IN ('waiting', 'finished', 'failed')),
-    attempts INTEGER NOT NULL,
-    ended TEXT, seconds REAL, details TEXT, control BLOB, response BLOB, about TEXT, kind TEXT, reason TEXT,
-    PRIMARY KEY (sample, experiment)
-);
-CREATE TABLE iteration (
-    id INTEGER PRIMARY KEY, s REAL, effective_sample_size REAL, gl_error REAL, unweighted TEXT NOT NULL,
-    weights BLOB NOT NULL, errors BLOB NOT NULL, observable_errors BLOB NOT NULL
-);
-CREATE TABLE learnt (iteration INTEGER PRIMARY KEY, figures TEXT NOT NULL);
-CREATE TABLE look (evaluations INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, found BLOB NOT NULL);
-CREATE TABLE known (name TEXT PRIMARY KEY, array BLOB NOT NULL) WITHOUT ROWID;
-CREATE TABLE derived (name TEXT, evaluations INTEGER, array BLOB NOT NULL, PRIMARY KEY (name, evaluations)) WITHOUT ROWID;
-"""
-
-
 # What a response says of itself beside its numbers; and its turns, where there are some.
 _ABOUT = ("control_name", "confining_pressure", "in_pascal")
 
-_STOPPED = "coalesce(json_extract(details, '$.stopped') <> 0, 0)"
+_STOPPED = "CASE WHEN json_valid(details) THEN coalesce(json_extract(details, '$.stopped') <> 0, 0) ELSE 0 END"
 
 
 class Store:
     """The database of a campaign. `folder` is None for one in memory, which ends with the object."""
 
-    def __init__(self, folder: Path | None, connection: sqlite3.Connection) -> None:
+    def __init__(self, folder: Path | None, database: Database) -> None:
         self.folder = folder
-        self._connection = connection
+        self.database = database
 
     @classmethod
     def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None, points: NDArray[np.float64] | None = None, accepted: Sequence[Doubt] = ()) -> Store:
         """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference; points (N, n): at these
         parameters. accepted: problems in spite of which it is begun."""
-        store = cls(folder, _connect(folder / NAME, create=True) if folder else sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False))
+        store = cls(folder, Database(folder / NAME if folder else None, create=True))
         meta = {
             "description": _as_json(describe(calibration)),
             "workers": json.dumps(calibration.workers),
@@ -107,52 +80,62 @@ class Store:
             meta[POINTS] = json.dumps(points.tolist())
         if accepted:
             meta[ACCEPTED] = json.dumps([doubt.as_json() for doubt in accepted], ensure_ascii=False)
-        with store._transaction() as db:
-            for statement in _SCHEMA.split(";"):
-                db.execute(statement)
-            db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
-            db.executemany("INSERT INTO known VALUES (?, ?)", _known_arrays(calibration.known).items())
-            db.execute(f"PRAGMA user_version = {VERSION}")
+        with store.database.created() as db:
+            db.executemany("INSERT INTO meta (key, value) VALUES (?, ?)", meta.items())
+            db.executemany("INSERT INTO known (name, array) VALUES (?, ?)", _known_arrays(calibration.known).items())
         return store
 
     @classmethod
     def open(cls, folder: Path) -> Store:
-        """The store of a folder. Raises InputError where the folder holds no campaign, or one that another version of graincal wrote."""
+        """The store of a folder; one of the format before is brought up to this one. Raises InputError where the folder holds no campaign, or one of another format."""
         if not holds_campaign(folder):
             raise InputError(f"{folder}: there is no campaign in this folder (no {NAME}).")
-        store = cls(folder, _connect(folder / NAME))
-        if store.version() != VERSION:
-            by = f"graincal {store.provenance.get('graincal', 'of another version')} in the format {store.version()}"
-            raise InputError(f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads the format {VERSION} alone: calibrate again, in another folder.")
+        store = cls(folder, Database(folder / NAME))
+        found = store.database.version
+        if found not in (BEFORE, VERSION):
+            by = f"graincal {store._begun_by()} in the format {found}"
+            if found > VERSION:
+                raise InputError(f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads formats up to {VERSION}: a later version of graincal was expected to read it.")
+            raise InputError(f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads the formats {BEFORE} and {VERSION} alone: calibrate again, in another folder.")
+        if found == BEFORE:
+            if is_running(folder):
+                raise InputError(f"{folder}: a version of graincal before this one is running this campaign; wait for its end.")
+            store.database.bring_up()
         return store
+
+    def _begun_by(self) -> str:
+        """The version that began a campaign of another format, as far as it can be read."""
+        try:
+            return json.loads(self.database.rows("SELECT value FROM meta WHERE key = 'provenance'")[0][0]).get("graincal", "of another version")
+        except (ValueError, IndexError, TypeError, AttributeError):
+            return "of another version"
 
     def close(self) -> None:
         """Let go of the file."""
-        self._connection.close()
-
-    def version(self) -> int:
-        """The format of the database; 0 for an empty one."""
-        return self._rows("PRAGMA user_version")[0][0]
+        self.database.close()
 
     # What was asked
 
     @cached_property
+    @damage_is_said
     def description(self) -> dict[str, Any]:
         """The calibration as plain data (description.py)."""
         return json.loads(self.meta("description"))
 
     @cached_property
+    @damage_is_said
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
         truth = json.loads(self.meta("truth"))
         others = {"workers": json.loads(self.meta("workers")), "source": self.meta("source"), "truth": truth, "file": self.meta("file")}
         return restore(self.description, known=self._known(), **others)
 
+    @damage_is_said
     def _known(self) -> KnownRuns | None:
         """The runs that were made before."""
         if "known" not in self.description:
             return None
-        arrays = {name: unpack_array(blob) for name, blob in self._rows("SELECT name, array FROM known")}
+        arrays = {name: unpack_array(blob) for name, blob in self._rows(f"SELECT name, array FROM known WHERE {sound('known')}")}
         responses = tuple(arrays[f"responses {number}"] for number in range(len(self.description["experiments"])))
         return KnownRuns(arrays["theta"], responses, arrays["infeasible"], arrays["missing"], tuple(self.description["known"]["sources"]))
 
@@ -162,26 +145,28 @@ class Store:
         return _without_sources(as_stored(describe(calibration))) == _without_sources(kept)
 
     @property
+    @damage_is_said
     def provenance(self) -> dict[str, str]:
         """What the campaign was begun with."""
         return json.loads(self.meta("provenance"))
 
     def meta(self, key: str) -> str | None:
         """A text that is kept once: "started" (time), "source", "stopped_by", "stopped_because"; None if it is not there."""
-        rows = self._rows("SELECT value FROM meta WHERE key = ?", key)
+        rows = self._rows(f"SELECT value FROM meta WHERE key = ? AND {sound('meta')}", key)
         return rows[0][0] if rows else None
 
     def keep(self, key: str, text: str) -> None:
         """Keep a text once (`meta`)."""
         with self._transaction() as db:
-            db.execute("INSERT OR IGNORE INTO meta VALUES (?, ?)", (key, text))
+            db.execute("INSERT OR IGNORE INTO meta (key, value) VALUES (?, ?)", (key, text))
 
     def spend(self, seconds: float) -> None:
         """Keep how much wall time all sittings have taken."""
         with self._transaction() as db:
-            db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (SPENT, f"{seconds:.3f}"))
+            db.execute("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", (SPENT, f"{seconds:.3f}"))
 
     @property
+    @damage_is_said
     def accepted(self) -> tuple[Doubt, ...]:
         """The problems in spite of which the campaign was begun."""
         return tuple(Doubt(**each) for each in json.loads(self.meta(ACCEPTED) or "[]"))
@@ -195,7 +180,7 @@ class Store:
         """Keep what the look brought that the calibration begins with."""
         description = self.description | {"first_look": describe_first_look(look)}
         with self._transaction() as db:
-            db.execute("INSERT OR REPLACE INTO meta VALUES ('description', ?)", (_as_json(description),))
+            db.execute("INSERT OR REPLACE INTO meta (key, value) VALUES ('description', ?)", (_as_json(description),))
         self._forget()
 
     # Samples and their evaluations
@@ -209,7 +194,7 @@ class Store:
             return
         ids = [int(id) for id in samples.ids]
         with self._transaction() as db:
-            db.executemany("INSERT INTO sample VALUES (?, ?, ?)", [(id, iteration, json.dumps(theta.tolist())) for id, theta in zip(ids, samples.theta)])
+            db.executemany("INSERT INTO sample (id, iteration, theta) VALUES (?, ?, ?)", [(id, iteration, json.dumps(theta.tolist())) for id, theta in zip(ids, samples.theta)])
             db.executemany(
                 "INSERT INTO evaluation (sample, experiment, state, attempts) VALUES (?, ?, 'waiting', 0)",
                 [(id, experiment) for id in ids for experiment in range(experiments)],
@@ -222,14 +207,17 @@ class Store:
             "it was begun with: " + ", ".join(f"{name} {value}" for name, value in self.provenance.items()) + "."
         )
 
+    @damage_is_said
     def samples(self, iteration: int) -> Samples:
         """The samples of an iteration; none if it has not begun."""
-        return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration = ? ORDER BY id", iteration))
+        return self._as_samples(self._rows(f"SELECT id, theta FROM sample WHERE iteration = ? AND {sound('sample')} ORDER BY id", iteration))
 
+    @damage_is_said
     def all_samples(self) -> Samples:
         """Those of all iterations."""
-        return self._as_samples(self._rows("SELECT id, theta FROM sample WHERE iteration >= 0 ORDER BY id"))
+        return self._as_samples(self._rows(f"SELECT id, theta FROM sample WHERE iteration >= 0 AND {sound('sample')} ORDER BY id"))
 
+    @damage_is_said
     def waiting(self, iteration: int, experiment: int, *, by_itself: bool = False) -> NDArray[np.int64]:
         """Ids of the samples that have no outcome in an experiment, and neither failed nor were stopped in another; by_itself: whatever became of them in others."""
         but = "" if by_itself else f" AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed' OR {_STOPPED})"
@@ -237,16 +225,10 @@ class Store:
             SELECT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND experiment = ? AND state = 'waiting'{but} ORDER BY sample"""
         return np.array([id for (id,) in self._rows(query, iteration, experiment)], dtype=np.int64)
 
-    def begin(self, ids: Sequence[int], experiment: int) -> None:
-        """Count an attempt at each of the samples."""
-        with self._transaction() as db:
-            db.executemany(
-                "UPDATE evaluation SET attempts = attempts + 1 WHERE sample = ? AND experiment = ?", [(int(id), experiment) for id in ids]
-            )
-
-    def record(self, id: int, experiment: int, outcome: Response | Failure) -> None:
-        """Keep the outcome of one evaluation."""
-        details = {name: float(value) for name, value in outcome.details.items()}
+    def record(self, id: int, experiment: int, outcome: Response | Failure, attempts: int = 1) -> None:
+        """Keep the outcome of one evaluation, and how often it was run to come to it."""
+        # JSON has no word for what is not finite.
+        details = {name: float(value) if np.isfinite(value) else None for name, value in outcome.details.items()}
         if isinstance(outcome, Response):
             turns = {"turns": outcome.turns} if outcome.turns else {}
             about = json.dumps({name: getattr(outcome, name) for name in _ABOUT} | turns)
@@ -255,24 +237,26 @@ class Store:
             found = ("failed", None, None, None, outcome.kind, outcome.reason)
         with self._transaction() as db:
             db.execute(
-                """UPDATE evaluation SET state = ?, control = ?, response = ?, about = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?
+                """UPDATE evaluation SET state = ?, control = ?, response = ?, about = ?, kind = ?, reason = ?, ended = ?, seconds = ?, details = ?, attempts = attempts + ?
                    WHERE sample = ? AND experiment = ?""",
-                (*found, _now(), details.get("seconds"), json.dumps(details), int(id), experiment),
+                (*found, _now(), details.get("seconds"), json.dumps(details), attempts, int(id), experiment),
             )
 
     def outcome(self, id: int, experiment: int) -> Response | Failure | None:
         """What the evaluation of a sample gave in an experiment; None if it has not ended."""
         return self.outcomes([id], experiment)[0]
 
+    @damage_is_said
     def outcomes(self, ids: Sequence[int], experiment: int) -> list[Response | Failure | None]:
         """Of several samples, in their order."""
         columns = "sample, state, details, control, response, about, kind, reason"
         found: dict[int, Response | Failure | None] = {}
         for few in (ids[begin : begin + AT_ONCE] for begin in range(0, len(ids), AT_ONCE)):
-            query = f"SELECT {columns} FROM evaluation WHERE experiment = ? AND sample IN ({','.join('?' * len(few))})"
+            query = f"SELECT {columns} FROM evaluation WHERE experiment = ? AND sample IN ({','.join('?' * len(few))}) AND {sound('evaluation')}"
             found |= {sample: _outcome(*row) for sample, *row in self._rows(query, experiment, *map(int, few))}
         return [found.get(int(id)) for id in ids]
 
+    @damage_is_said
     def counts(self, iteration: int | None = None) -> dict[str, int]:
         """How many samples there are, how many are evaluated in every experiment or failed or were stopped in one, and how many of these failed and were stopped."""
         chosen, arguments = ("WHERE iteration >= 0", ()) if iteration is None else ("WHERE iteration = ?", (iteration,))
@@ -282,25 +266,34 @@ class Store:
                 FROM evaluation JOIN sample ON sample.id = sample {chosen} GROUP BY sample)"""
         return dict(zip(("samples", "evaluated", "failed", "stopped"), self._rows(query, *arguments)[0]))
 
+    @damage_is_said
     def runs(self) -> list[tuple[int, int, int, float | None]]:
         """(sample, experiment, attempts, seconds) of every evaluation asked for; seconds are None where they are not known."""
-        return self._rows("SELECT sample, experiment, attempts, seconds FROM evaluation ORDER BY sample, experiment")
+        rows = self._rows("SELECT sample, experiment, attempts, seconds FROM evaluation ORDER BY sample, experiment")
+        return [(int(sample), int(experiment), int(attempts), None if seconds is None else float(seconds)) for sample, experiment, attempts, seconds in rows]
 
+    @damage_is_said
     def detail(self, name: str, experiment: int) -> dict[int, float | None]:
         """A detail of the evaluations in an experiment, by sample, such as "steps"; None where it is not known."""
-        return dict(self._rows("SELECT sample, json_extract(details, '$.' || ?) FROM evaluation WHERE experiment = ?", name, experiment))
+        return dict(self._rows("SELECT sample, CASE WHEN json_valid(details) THEN json_extract(details, '$.' || ?) END FROM evaluation WHERE experiment = ?", name, experiment))
 
+    @damage_is_said
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
-        return self._rows("SELECT kind, min(reason), count(*) FROM evaluation WHERE state = 'failed' AND sample >= 0 GROUP BY kind ORDER BY count(*) DESC")
+        rows = self._rows("SELECT kind, min(reason), count(*) FROM evaluation WHERE state = 'failed' AND sample >= 0 GROUP BY kind ORDER BY count(*) DESC")
+        return [(str(kind), str(reason), count) for kind, reason, count in rows]
 
+    @damage_is_said
     def last_iteration(self) -> int | None:
         """The iteration that was last begun."""
-        return self._rows("SELECT max(iteration) FROM sample WHERE iteration >= 0")[0][0]
+        last = self._rows("SELECT max(iteration) FROM sample WHERE iteration >= 0")[0][0]
+        return None if last is None else int(last)
 
+    @damage_is_said
     def last_ended(self) -> str | None:
         """When the last evaluation ended, ISO 8601."""
-        return self._rows("SELECT max(ended) FROM evaluation")[0][0]
+        last = self._rows("SELECT max(ended) FROM evaluation")[0][0]
+        return None if last is None else datetime.fromisoformat(last).isoformat(timespec="milliseconds")
 
     # Iterations and the end
 
@@ -310,40 +303,44 @@ class Store:
         arrays = [pack_array(array) for array in (iteration.weights, iteration.errors, iteration.observable_errors)]
         with self._transaction() as db:
             # SQLite keeps NaN as NULL.
-            db.execute("INSERT OR IGNORE INTO iteration VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (iteration.index, *numbers, iteration.unweighted, *arrays))
+            db.execute(f"INSERT OR IGNORE INTO iteration ({', '.join(columns_of('iteration'))}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (iteration.index, *numbers, iteration.unweighted, *arrays))
             if learnt:
-                db.execute("INSERT OR IGNORE INTO learnt VALUES (?, ?)", (iteration.index, json.dumps(learnt.plain())))
+                db.execute("INSERT OR IGNORE INTO learnt (iteration, figures) VALUES (?, ?)", (iteration.index, json.dumps(learnt.plain())))
             for found in looks:
-                db.execute("INSERT OR IGNORE INTO look VALUES (?, ?, ?)", (len(found.weights), iteration.index, pack_look(found)))
+                db.execute("INSERT OR IGNORE INTO look (evaluations, iteration, found) VALUES (?, ?, ?)", (len(found.weights), iteration.index, pack_look(found)))
 
+    @damage_is_said
     def iterations(self) -> tuple[Iteration, ...]:
         """The iterations that are complete; their proposals are not kept."""
-        return tuple(self._iteration(*row) for row in self._rows("SELECT * FROM iteration ORDER BY id"))
+        return tuple(self._iteration(*row) for row in self._rows(f"SELECT {', '.join(columns_of('iteration'))} FROM iteration WHERE {sound('iteration')} ORDER BY id"))
 
+    @damage_is_said
     def learnt(self) -> tuple[Learnt, ...]:
         """What was learnt of the posterior by each of the iterations that are complete; nothing by methods without one."""
-        return tuple(Learnt.restore(json.loads(figures)) for (figures,) in self._rows("SELECT figures FROM learnt ORDER BY iteration"))
+        return tuple(Learnt.restore(json.loads(figures)) for (figures,) in self._rows(f"SELECT figures FROM learnt WHERE {sound('learnt')} ORDER BY iteration"))
 
+    @damage_is_said
     def look(self, evaluations: int | None = None) -> Found | None:
         """What was found by a look at so many evaluations, or by the last one; None where none was taken."""
-        chosen, arguments = ("ORDER BY evaluations DESC LIMIT 1", ()) if evaluations is None else ("WHERE evaluations = ?", (evaluations,))
+        chosen, arguments = (f"WHERE {sound('look')} ORDER BY evaluations DESC LIMIT 1", ()) if evaluations is None else (f"WHERE evaluations = ? AND {sound('look')}", (evaluations,))
         rows = self._rows(f"SELECT found FROM look {chosen}", *arguments)
         return unpack_look(rows[0][0], self.calibration.space) if rows else None
 
+    @damage_is_said
     def derived(self, name: str, evaluations: int) -> NDArray | None:
         """Numbers that were computed of what a look at so many evaluations found; None where they were not."""
-        rows = self._rows("SELECT array FROM derived WHERE name = ? AND evaluations = ?", name, evaluations)
+        rows = self._rows(f"SELECT array FROM derived WHERE name = ? AND evaluations = ? AND {sound('derived')}", name, evaluations)
         return unpack_array(rows[0][0]) if rows else None
 
     def keep_derived(self, name: str, evaluations: int, array: NDArray) -> None:
         """Keep such numbers, where the store can be written: they can be computed again."""
         with suppress(FolderError), self._transaction() as db:
-            db.execute("INSERT OR REPLACE INTO derived VALUES (?, ?, ?)", (name, evaluations, pack_array(array)))
+            db.execute("INSERT OR REPLACE INTO derived (name, evaluations, array) VALUES (?, ?, ?)", (name, evaluations, pack_array(array)))
 
     def stop(self, by: str, because: str) -> None:
         """Keep why the calibration is at its end."""
         with self._transaction() as db:
-            db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", [("stopped_by", by), ("stopped_because", because)])
+            db.executemany("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", [("stopped_by", by), ("stopped_because", because)])
 
     def go_on(self, stop: Stop, remark: str, iterations: int) -> None:
         """Keep other criteria of stopping, and that the campaign is not at its end, with its first so many iterations.
@@ -354,7 +351,7 @@ class Store:
         if source := self.meta("source"):
             meta["source"] = f"# {remark}\n{source}"
         with self._transaction() as db:
-            db.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta.items())
+            db.executemany("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", meta.items())
             db.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because', ?)", (OUT_OF_TIME,))
             db.execute("DELETE FROM evaluation WHERE sample IN (SELECT id FROM sample WHERE iteration >= ?)", (iterations,))
             db.execute("DELETE FROM derived WHERE evaluations IN (SELECT evaluations FROM look WHERE iteration >= ?)", (iterations,))
@@ -371,6 +368,8 @@ class Store:
         weights, errors, observable_errors = map(unpack_array, blobs)
         s, size, gl_error = (np.nan if value is None else value for value in (s, size, gl_error))
         samples = self.samples(index)
+        if not isinstance(unweighted, str) or any(count != len(samples) for count in (weights.shape[-1], len(errors), len(observable_errors))):
+            raise ValueError("an iteration has other samples than figures")
         query = f"SELECT DISTINCT sample FROM evaluation JOIN sample ON sample.id = sample WHERE iteration = ? AND {_STOPPED}"
         stopped = np.isin(samples.ids, [id for (id,) in self._rows(query, index)])
         # Only a failure has no error.
@@ -382,27 +381,10 @@ class Store:
         return Samples(np.array([id for id, _ in rows], dtype=np.int64), theta, names)
 
     def _rows(self, query: str, *arguments: Any) -> list[tuple]:
-        try:
-            return self._connection.execute(query, arguments).fetchall()
-        except sqlite3.Error as error:
-            raise FolderError.of(self._path, error, reading=True) from error
+        return self.database.rows(query, *arguments)
 
-    @contextmanager
-    def _transaction(self) -> Iterator[sqlite3.Connection]:
-        try:
-            self._connection.execute("BEGIN IMMEDIATE")
-            yield self._connection
-            self._connection.execute("COMMIT")
-        except BaseException as error:
-            if self._connection.in_transaction:
-                self._connection.rollback()
-            if isinstance(error, sqlite3.Error):
-                raise FolderError.of(self._path, error) from error
-            raise
-
-    @property
-    def _path(self) -> Path | str:
-        return self.folder / NAME if self.folder else "the store in memory"
+    def _transaction(self) -> AbstractContextManager[sqlite3.Connection]:
+        return self.database.transaction()
 
 
 def _outcome(
@@ -412,8 +394,13 @@ def _outcome(
     if state == "finished":
         said = json.loads(about)
         control_name, pressure, in_pascal = (said[name] for name in _ABOUT)
-        return Response(unpack_array(control), unpack_columns(response), json.loads(details), control_name, pressure, tuple(in_pascal), tuple(said.get("turns", ())))
-    return Failure(kind, reason, json.loads(details)) if state == "failed" else None
+        return Response(unpack_array(control), unpack_columns(response), _numbers(details), control_name, pressure, tuple(in_pascal), tuple(said.get("turns", ())))
+    return Failure(kind, reason, _numbers(details)) if state == "failed" else None
+
+
+def _numbers(details: str) -> dict[str, float]:
+    """The details of an outcome. Before they were null, those that are not finite stood there as words."""
+    return {name: np.nan if value is None else float(value) for name, value in json.loads(details).items()}
 
 
 def _known_arrays(runs: KnownRuns | None) -> dict[str, bytes]:
@@ -434,20 +421,8 @@ def holds_campaign(folder: Path) -> bool:
     path = folder / NAME
     if not path.is_file():
         return False
-    with closing(Store(folder, _connect(path))) as store:
-        return store.version() > 0
-
-
-def _connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
-    uri = path.absolute().as_uri()
-    try:
-        # A reader needs to write too: it may have to roll back what a killed writer left.
-        mode = "rwc" if create else "rw"
-        connection = sqlite3.connect(f"{uri}?mode={mode}", uri=True, timeout=60, isolation_level=None, check_same_thread=False)
-        connection.execute("PRAGMA synchronous = FULL")
-        return connection
-    except sqlite3.Error as error:
-        raise FolderError.of(path, error, reading=not create) from error
+    with closing(Database(path)) as database:
+        return database.version > 0
 
 
 def _as_json(data: Mapping[str, Any]) -> str:

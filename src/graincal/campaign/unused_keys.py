@@ -7,8 +7,7 @@ from graincal.campaign.config import CalibrationFile, ExperimentEntry, FunctionM
 from graincal.campaign.doubt import Doubt
 from graincal.data import Reference
 from graincal.laboratory.quantities import COMPRESSED, SIGNED, STRAINS
-from graincal.models import TriaxialTest
-from graincal.models import stress_path
+from graincal.models import TriaxialTest, stress_path
 from graincal.positions import POSITION
 
 _UNUSED = "key-without-effect"

@@ -1,4 +1,4 @@
-"""Where evaluations run: on any `concurrent.futures.Executor`, or on worker processes of graincal's own."""
+"""Where evaluations run: tasks, the backends that run them, and the scheduler that decides which of them runs when."""
 
 from typing import TYPE_CHECKING
 
@@ -6,18 +6,18 @@ from graincal.lazily import exported
 
 if TYPE_CHECKING:
     from graincal.execution.cores import available_cores, number_of_workers
-    from graincal.execution.executor import evaluate_each
-    from graincal.execution.one_by_one import OneByOne
-    from graincal.execution.processes import CRASHED, Processes, evaluate_in_processes
+    from graincal.execution.processes import CRASHED, try_in_a_process
+    from graincal.execution.scheduler import Ended, Scheduler, run
+    from graincal.execution.task import Outcomes, Task, Watch, Work
 
-__all__ = ["CRASHED", "OneByOne", "Processes", "available_cores", "evaluate_each", "evaluate_in_processes", "number_of_workers"]
+__all__ = ["CRASHED", "Ended", "Outcomes", "Scheduler", "Task", "Watch", "Work", "available_cores", "number_of_workers", "run", "try_in_a_process"]
 
 __getattr__ = exported(
     __name__,
     {
         "graincal.execution.cores": ["available_cores", "number_of_workers"],
-        "graincal.execution.executor": ["evaluate_each"],
-        "graincal.execution.one_by_one": ["OneByOne"],
-        "graincal.execution.processes": ["CRASHED", "Processes", "evaluate_in_processes"],
+        "graincal.execution.processes": ["CRASHED", "try_in_a_process"],
+        "graincal.execution.scheduler": ["Ended", "Scheduler", "run"],
+        "graincal.execution.task": ["Outcomes", "Task", "Watch", "Work"],
     },
 )

@@ -1,4 +1,4 @@
-"""Evaluations in processes of graincal's own, which end with their owner, by a time-out if there is one, and outlive each other's crashes."""
+"""Tasks in processes of graincal's own, which end with their owner, by a time-out if there is one, and outlive each other's crashes."""
 
 from __future__ import annotations
 
@@ -6,129 +6,99 @@ import os
 import signal
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager, suppress
+from contextlib import suppress
 from math import inf
 from multiprocessing.connection import Connection
+from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
-from types import FrameType
-from typing import Any, TypeVar
+from typing import Any
 
-from graincal.data import Failure, InputError
-
-Task = TypeVar("Task")
-Outcome = TypeVar("Outcome")
+from graincal.data import Failure, InputError, Response
+from graincal.execution.interrupts import sigint_later
+from graincal.execution.task import Task, Work
+from graincal.execution.threads import PATIENCE, Done, Threads
 
 CRASHED = Failure("crashed", "the process that ran the evaluation ended abruptly: a crash in compiled code, or too little memory.")
 """The outcome of an evaluation whose process ended abruptly."""
 
 
-def evaluate_in_processes(
-    call: Callable[[Task], Outcome],
-    tasks: Sequence[Task],
-    count: int,
-    *,
-    prepare: Callable[[], object] | None = None,
-    timeout: float | None = None,
-) -> Iterator[tuple[int, Outcome | Failure]]:
-    """Run call(task) for each task in `count` processes and yield (index, outcome) in order of completion.
+class Processes(Threads):
+    """A backend for the tasks of one work: as many processes as tasks were handed over at once, each of which runs one task at a time, and is kept for the next.
 
-    prepare: called first in each process. timeout: the seconds that a call may take, `prepare` not counted; then its process is killed, with the
-    processes that it started, and the outcome is a Failure of the kind "timed_out".
-    An evaluation whose process ends abruptly is run again after all others, by itself, for memory may have been short: if it fails again, it is a
-    Failure of the kind "crashed".
-    Closing the iterator kills what is under way. Raises InputError where processes cannot be started.
-    """
-    crashed = []
-    with closing(_evaluate(call, list(enumerate(tasks)), count, prepare, timeout)) as outcomes:
-        for index, outcome in outcomes:
-            if outcome is CRASHED:
-                crashed.append((index, tasks[index]))
-            else:
-                yield index, outcome
-    with closing(_evaluate(call, crashed, 1, prepare, timeout)) as outcomes:
-        yield from outcomes
-
-
-def _evaluate(
-    call: Callable[[Task], Outcome],
-    tasks: Sequence[tuple[int, Task]],
-    count: int,
-    prepare: Callable[[], object] | None,
-    timeout: float | None,
-) -> Iterator[tuple[int, Outcome | Failure]]:
-    waiting = deque(tasks)
-    workers = [_Worker(prepare, timeout) for _ in range(min(count, len(tasks)))]
-    try:
-        while waiting or any(worker.busy for worker in workers):
-            for worker in workers:
-                if waiting and not worker.busy:
-                    worker.begin(call, *waiting.popleft())
-            busy = [worker for worker in workers if worker.busy]
-            # In this order: a process that becomes ready in between is an event.
-            events = [event for worker in busy for event in worker.events]
-            deadline = min(worker.deadline for worker in busy)
-            wait(events, None if deadline == inf else max(0.0, deadline - time.monotonic()), FIRST_COMPLETED)
-            for worker in busy:
-                index, outcome = worker.index, worker.outcome()
-                if outcome is not None:
-                    yield index, outcome
-    finally:
-        # At once: each waits until its process has gone.
-        with ThreadPoolExecutor(max(1, len(workers))) as ends:
-            list(ends.map(_Worker.end, workers))
-
-
-class Processes:
-    """Processes that are kept from one evaluation to the next: as many as are called for at once.
-
-    prepare and timeout as of `evaluate_in_processes`. Nothing is run again: the outcome of an evaluation whose process ends abruptly is `CRASHED`.
+    An evaluation that takes longer than the work's `timeout`, `prepare` not counted, is ended with the processes that it started: a Failure of the kind "timed_out". Nothing is run again: the outcome of one whose process
+    ends abruptly is `CRASHED`. It stops no run early. What processes cannot be started for is raised, an InputError.
     """
 
-    def __init__(self, prepare: Callable[[], object] | None = None, timeout: float | None = None) -> None:
-        self._prepare, self._timeout = prepare, timeout
+    def __init__(self, work: Work, done: Done) -> None:
+        super().__init__(done)
+        self._work_of_all = work
         self._workers: list[_Worker] = []
         self._idle: list[_Worker] = []
-        self._lock = threading.Lock()
-        self._stopped = False
+        self._unready: set[Task] = set()
 
-    def run(self, call: Callable[[Task], Outcome], task: Task) -> Outcome | Failure:
-        """call(task) in a process that is idle, or a new one; from any thread. Raises InputError where processes cannot be started."""
+    def run(self, task: Task) -> Response | Failure:
+        """The task's outcome, from a process that is idle, or a new one."""
         with self._lock:
             if not self._idle:
-                self._idle.append(_Worker(self._prepare, self._timeout))
+                self._idle.append(_Worker(self._work_of_all))
                 self._workers.append(self._idle[-1])
             worker = self._idle.pop()
-        worker.begin(call, 0, task)
-        if self._stopped:
+        try:
+            return self._outcome(worker, task)
+        except _NotReady as why:
+            # As under a short memory: the task is run again when nothing else is under way.
+            if task in self._unready:
+                raise InputError(str(why)) from None
+            self._unready.add(task)
+            return CRASHED
+        finally:
+            with self._lock:
+                self._idle.append(worker)
+
+    def stop(self) -> None:
+        """End all processes, and the evaluations that are under way."""
+        self._stopped.set()
+        with self._lock:
+            workers = list(self._workers)
+        with ThreadPoolExecutor(max(1, len(workers))) as ends:
+            list(ends.map(_Worker.end, workers))
+        super().stop()
+
+    def _outcome(self, worker: _Worker, task: Task) -> Response | Failure:
+        worker.begin(task.argument)
+        if self._stopped.is_set():
             # In between: whoever stopped them has not seen this process.
             worker.end()
         while (outcome := worker.outcome()) is None:
             deadline = worker.deadline
             wait(worker.events, None if deadline == inf else max(0.0, deadline - time.monotonic()), FIRST_COMPLETED)
-        with self._lock:
-            self._idle.append(worker)
         return outcome
 
-    def stop(self) -> None:
-        """End all processes, and the evaluations that are under way."""
-        self._stopped = True
-        with self._lock:
-            workers = list(self._workers)
-        with ThreadPoolExecutor(max(1, len(workers))) as ends:
-            list(ends.map(_Worker.end, workers))
+
+def try_in_a_process(work: Work) -> None:
+    """Make a process ready for the work, and end it. Raises InputError for what keeps it from that."""
+    process = _Process(work)
+    try:
+        process.started.exception()
+        process.check()
+    except _NotReady as why:
+        raise InputError(str(why)) from None
+    finally:
+        process.end(abruptly=False)
+
+
+class _NotReady(Exception):
+    """A process ended before its first evaluation. The message says what may be the cause."""
 
 
 class _Worker:
     """A process that runs one evaluation at a time; if it is lost, the next evaluation begins another."""
 
-    def __init__(self, prepare: Callable[[], object] | None, timeout: float | None) -> None:
-        self.index = -1
-        self._prepare, self._timeout = prepare, timeout
+    def __init__(self, work: Work) -> None:
+        self._work, self._timeout = work, work.timeout
         self._process: _Process | None = None
         self._future: Future | None = None
         self._begun = 0.0
@@ -148,23 +118,23 @@ class _Worker:
         """When the evaluation under way is to be given up."""
         return inf if self._timeout is None else max(self._begun, self._process.ready_at) + self._timeout
 
-    def begin(self, call: Callable[[Task], Outcome], index: int, task: Task) -> None:
+    def begin(self, argument: Any) -> None:
         """Run an evaluation."""
         if self._process is None:
-            self._process = _Process(self._prepare)
-        self.index, self._begun = index, time.monotonic()
+            self._process = _Process(self._work)
+        self._begun = time.monotonic()
         try:
-            self._future = self._process.executor.submit(call, task)
+            self._future = self._process.executor.submit(_evaluate, argument)
         except BrokenProcessPool:
-            self._process.check()
+            self._check()
             # It ended while it had nothing to do.
             self._lose()
-            self.begin(call, index, task)
+            self.begin(argument)
 
-    def outcome(self) -> Outcome | Failure | None:
+    def outcome(self) -> Response | Failure | None:
         """What the evaluation gave; None while it is under way."""
         if self._process.started.done():
-            self._process.check()
+            self._check()
         if self._future.done():
             finished, self._future = self._future, None
             try:
@@ -172,6 +142,9 @@ class _Worker:
             except BrokenProcessPool:
                 self._lose()
                 return CRASHED
+            except BaseException as error:
+                # What the evaluation gave cannot be sent, or cannot be read here.
+                return Failure("error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {error}).")
         if time.monotonic() < self.deadline:
             return None
         self._lose()
@@ -183,6 +156,14 @@ class _Worker:
         if (process := self._process) is not None:
             process.end(abruptly=self.busy)
 
+    def _check(self) -> None:
+        """Raise what kept the process from starting; the next evaluation begins another."""
+        try:
+            self._process.check()
+        except BaseException:
+            self._lose()
+            raise
+
     def _lose(self) -> None:
         self._process.end(abruptly=True)
         self._process = self._future = None
@@ -191,16 +172,17 @@ class _Worker:
 class _Process:
     """A process that lives as long as its owner holds the other end of a pipe: it ends with it, even if that is killed."""
 
-    def __init__(self, prepare: Callable[[], object] | None) -> None:
+    def __init__(self, work: Work) -> None:
         self._context = _OneProcess()
+        self._ending, self._ended = threading.Lock(), False
         reader, self._lifeline = self._context.Pipe(duplex=False)
         self.executor = ProcessPoolExecutor(1, mp_context=self._context, initializer=_live_while_open, initargs=(reader,))
         self.ready_at = inf
         try:
-            with _sigint_later():
+            with sigint_later():
                 # Before anything of the user's: whether a process can run at all.
                 self._alive = self.executor.submit(os.getpid)
-            self.started = self.executor.submit(_make_ready, prepare)
+            self.started = self.executor.submit(_make_ready, work)
             self.started.add_done_callback(self._is_ready)
         except BaseException:
             # Ctrl-C, in between: nobody else knows of this process yet.
@@ -211,31 +193,47 @@ class _Process:
         self.ready_at = time.monotonic()
 
     def check(self) -> None:
-        """Raise what kept the process from starting."""
+        """Raise what kept the process from starting: `_NotReady` where it ended abruptly."""
         try:
             self.started.result()
         except BrokenProcessPool:
             if self._alive.exception() is None:
-                raise InputError(
-                    "a worker process ended abruptly while it was made ready, before its first evaluation: importing the model's module ends "
-                    "the process that it is imported in, by a crash in compiled code, an exit or too little memory."
+                raise _NotReady(
+                    "a worker process ended abruptly while it was made ready, before its first evaluation: either importing the model's module ends the process that it is imported in, by a crash in compiled code or an exit, "
+                    "or the process was killed from outside, as happens where memory is short."
                 ) from None
             raise InputError(
                 'worker processes could not be started, as happens when a script that uses them is not guarded by: if __name__ == "__main__".'
             ) from None
 
     def end(self, *, abruptly: bool) -> None:
-        """Let the process end; abruptly, kill it with all that it started."""
-        if abruptly:
-            self._lifeline.close()
-            # Compiled code that never comes back to Python does not see the pipe close, nor does a process that has not begun to look.
+        """Let the process end, and kill what it leaves behind: threads that go on, and processes that it started. Abruptly, kill it at once."""
+        # Once: where evaluations are stopped, the thread that waits for one finds its process lost meanwhile.
+        with self._ending:
+            if self._ended:
+                return
+            self._ended = True
+            if not abruptly:
+                self.executor.shutdown(wait=False, cancel_futures=True)
+                self._context.wait(PATIENCE)
             self._context.kill()
-        self.executor.shutdown(cancel_futures=True)
+            # Compiled code that never comes back to Python does not see the pipe close, nor does a process that has not begun to look.
+            self._lifeline.close()
+            self.executor.shutdown(cancel_futures=True)
 
 
-def _make_ready(prepare: Callable[[], object] | None) -> None:
-    if prepare is not None:
-        prepare()
+_work: Work | None = None
+"""In a process of `Processes`: what its evaluations share, which is sent once."""
+
+
+def _make_ready(work: Work) -> None:
+    global _work
+    work.prepare()
+    _work = work
+
+
+def _evaluate(argument: Any) -> Response | Failure:
+    return _work(argument)
 
 
 class _OneProcess(SpawnContext):
@@ -248,38 +246,23 @@ class _OneProcess(SpawnContext):
         self.process = super().Process(*arguments, **options)
         return self.process
 
+    def wait(self, seconds: float) -> None:
+        """Give the process so long to end."""
+        if self.process is not None and self.process.pid is not None:
+            wait_for([self.process.sentinel], seconds)
+
     def kill(self) -> None:
-        """Kill the process with all that it started, however far it has come."""
-        if self.process is None or not self.process.is_alive():
+        """Kill the process with all that it started, however far it has come, or what is left of these where it has ended."""
+        if self.process is None or (pid := self.process.pid) is None:
             return
-        with suppress(ProcessLookupError):
-            pid = self.process.pid
+        with suppress(ProcessLookupError, PermissionError):
+            # A group of its own outlives it as long as there is somebody in it.
+            os.killpg(pid, signal.SIGKILL)
+            return
+        with suppress(ProcessLookupError, ValueError):
             # Until it leads a group of its own it is in that of its owner.
-            end = os.killpg if os.getpgid(pid) == pid else os.kill
-            end(pid, signal.SIGKILL)
-
-
-@contextmanager
-def _sigint_later() -> Iterator[None]:
-    """What Ctrl-C means here it means at the end: broken off in between, a process would live on of which nobody knows.
-
-    A process that is begun meanwhile does not hear Ctrl-C until it asks to: what it means is the owner's affair.
-    """
-    # Blocked in this thread, whose mask a process inherits, it still reaches the owner by another thread.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    # Handlers run in the main thread, and can be set there alone.
-    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
-    heard: list[tuple[int, FrameType | None]] = []
-    if callable(handler):
-        signal.signal(signal.SIGINT, lambda *arguments: heard.append(arguments))
-    try:
-        yield
-    finally:
-        if callable(handler):
-            signal.signal(signal.SIGINT, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        if heard:
-            handler(*heard[0])
+            if self.process.is_alive():
+                os.kill(pid, signal.SIGKILL)
 
 
 def _live_while_open(lifeline: Connection) -> None:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from graincal.lazily import exported
 from graincal.models.element_tests import TESTS, ConstantMeanStressTest, IsotropicTest, OedometricTest, TableTest, TriaxialTest, UndrainedTest
+from graincal.models.model import Model
 from graincal.models.stress_path import StressPathTest
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ __all__ = [
     "TESTS",
     "ConstantMeanStressTest",
     "IsotropicTest",
+    "Model",
     "OedometricTest",
     "PythonModel",
     "StressPathTest",

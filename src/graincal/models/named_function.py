@@ -24,7 +24,8 @@ def find_function(name: str, folder: Path | None = None) -> Callable:
         raise InputError(f'function must be named as "module:name", not "{name}".')
     try:
         module = _load(module_name, folder)
-    except Exception as error:
+    # Whatever it is, SystemExit too: it ends the search and nothing else.
+    except BaseException as error:
         if isinstance(error, ModuleNotFoundError) and error.name in (module_name, module_name.partition(".")[0]):
             where = f"in {folder} or among the installed packages" if folder else "among the installed packages"
             raise InputError(f"function {name}: there is no module {module_name} {where}.") from None
@@ -61,4 +62,8 @@ def describe_exception(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     # The first frame is the caller's.
     place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if len(frames) > 1 else ""
-    return f"{type(error).__name__}: {error}{place}"
+    try:
+        said = str(error)
+    except BaseException:
+        said = "without a message that could be read"
+    return f"{type(error).__name__}: {said}{place}"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import threading
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
@@ -15,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal import _native
 from graincal.data import Failure, InputError, Response, Samples
-from graincal.dem.batch import Run, run_batch
 from graincal.dem.packing import Packing
 from graincal.dem.siblings import siblings
-from graincal.execution import OneByOne, available_cores
+from graincal.execution import Task
 from graincal.interpolation import interpolate
 from graincal.models.contact_parameters import PARAMETERS, limits_of, meant, outside, unusual_parameters
-from graincal.models.economy import DENSITY, INERTIAL_NUMBER, INERTIAL_NUMBERS, QUASI_STATIC, Economy, density_scaling_of, inertial_number
+from graincal.models.economy import INERTIAL_NUMBER, INERTIAL_NUMBERS, QUASI_STATIC, Economy, density_scaling_of, inertial_number
+from graincal.models.engine_work import EngineWork
+from graincal.models.model import Model
 from graincal.models.plausibility import impossible_pressure, unusual_pressure
 from graincal.models.proportion import ENGINE_PRESSURE, for_engine, from_engine
 from graincal.models.rests import REST_EVERY, RESTS_EVERY, strains_at_rest, stresses_at_rest
@@ -48,15 +48,6 @@ RETURNED = (
 IN_PASCAL = ("mean_stress", "deviatoric_stress", "axial_stress", "lateral_stress", "excess_pore_pressure", "stress_xx", "stress_yy", "stress_zz")
 """Columns that are stresses."""
 
-_NOTHING_RUN = {"steps": 0, "seconds": 0.0, "particle_steps": 0, "states": 0, "flagged": 0, "consolidation_flagged": 0}
-
-_FAILURES = {
-    "diverged": "the simulation diverged: a particle's motion ran away or a stress was not finite",
-    "cell_too_small": "the periodic cell became too small for its largest particles",
-    "out_of_steps": "the simulation reached its limit of {limit} steps",
-    "out_of_memory": "the simulation found no memory for its neighbour lists",
-}
-
 
 class Panel(NamedTuple):
     """What a panel of a test's figure shows: a column of the response over another (the control if it is empty), or over that one's logarithm."""
@@ -75,7 +66,7 @@ class Abscissa(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class StressPathTest(Economy, ABC):
+class StressPathTest(Economy, Model):
     """A test of a packing along a stress path.
 
     packing: one, or several that are samples of the same material: a sample's id modulo their number says which it runs on, so that the
@@ -104,7 +95,7 @@ class StressPathTest(Economy, ABC):
     held: ClassVar[tuple[str, ...]] = ()
     """What the path keeps as it is, so that nobody looks at it."""
     can_be_watched: ClassVar[bool] = True
-    """That `evaluate` and `one_by_one` take a watch."""
+    """That a rule may stop its runs early."""
     optional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be None."""
 
@@ -254,20 +245,18 @@ class StressPathTest(Economy, ABC):
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
         return np.stack([columns[name] for name in PARAMETERS], axis=1)
 
-    def evaluate(
-        self, samples: Samples, at: ArrayLike, workers: int | None = None, watch: Callable[[int, Response], bool] | None = None
-    ) -> Iterator[tuple[int, Response | Failure]]:
-        """Simulate each sample and yield (row, Response or Failure) in order of completion.
+    def tasks(self, samples: Samples, at: ArrayLike) -> list[Task]:
+        """A simulation for each sample.
 
         at (T,): control values that the response must cover: strains logarithmic, as fractions; stresses in Pa. The response is on the states at which the test
-        rests on its way (`states`), the same for whatever rows end within the same step. workers: threads, all cores by default. A
-        sample outside the bounds of the contact law is a Failure. watch(id, response) is shown the states of a sample so far each time that there is one
-        more, from several threads; where it returns True, the simulation is stopped and they are its Response. Raises InputError for parameters too many or
+        rests on its way (`states`), the same for whatever rows end within the same step. A sample outside the bounds of the contact law is a Failure. Raises InputError for parameters too many or
         too few, and for values that cannot be reached.
         """
-        states = self.states(at)
-        theta = self.arrange(samples)
-        return self._evaluate(theta, samples.ids, states, workers or available_cores(), watch)
+        states, theta = self.states(at), self.arrange(samples)
+        alone = [EngineWork(test, states) for test in self.alone]
+        lengths = relative_run_lengths(self.steps_exponent, theta)
+        work = [alone[id % len(alone)] for id in samples.ids]
+        return [Task(each, values, cost=float(length) * each.test.packing.count) for each, values, length in zip(work, theta, lengths)]
 
     @property
     def steps_exponent(self) -> float:
@@ -283,67 +272,6 @@ class StressPathTest(Economy, ABC):
         moduli = 10.0 ** self.arrange(samples)[:, 0]
         steps = len(self.states(at)) * self.steps_between_rests(moduli / self.unit_of_stress) * INERTIAL_NUMBER / self.inertia
         return self.packing.count * steps
-
-    def one_by_one(self, at: ArrayLike, watch: Callable[[int, Response], bool] | None = None) -> OneByOne:
-        """Simulations of single samples, each on one thread; watch as in `evaluate`. Raises InputError for control values that cannot be reached."""
-        states, stopped = self.states(at), threading.Event()
-
-        def evaluate(sample: Samples) -> Response | Failure:
-            ((_, outcome),) = self._evaluate(self.arrange(sample), sample.ids, states, 1, watch, stopped.is_set)
-            return outcome
-
-        return OneByOne(evaluate, stopped.set)
-
-    def expected_lengths(self, samples: Samples) -> NDArray[np.float64]:
-        """How the run lengths of samples compare with one another, (N,)."""
-        return relative_run_lengths(self.steps_exponent, self.arrange(samples))
-
-    def _evaluate(
-        self,
-        theta: NDArray[np.float64],
-        ids: NDArray[np.int64],
-        states: NDArray[np.float64],
-        threads: int,
-        watch: Callable[[int, Response], bool] | None = None,
-        stopped: Callable[[], bool] = lambda: False,
-    ) -> Iterator[tuple[int, Response | Failure]]:
-        possible = []
-        for row, values in enumerate(theta):
-            if wrong := [name for name, value in zip(PARAMETERS, values) if outside(name, value, self.law)]:
-                name, value = wrong[0], values[PARAMETERS.index(wrong[0])]
-                reason = f"{name} = {value:g} has no meaning, it must be a number {limits_of(name, self.law)}{meant(name, value)}."
-                yield row, Failure("parameters", reason, _NOTHING_RUN)
-            else:
-                possible.append(row)
-        if not possible:
-            return
-        alone = self.alone
-        test_of = [alone[id % len(alone)] for id in ids]
-
-        def watched(index: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:
-            # A run that can only fail is not gone on with: states that do not come to rest take most of the time of all runs in a box.
-            if self._too_many_flagged(columns, len(states)):
-                return True
-            row = possible[index]
-            # Where too many of the states so far were not at rest they say nothing yet.
-            return watch is not None and not self._too_many_flagged(columns, len(columns["flagged"])) and watch(int(ids[row]), test_of[row]._response(columns, states))
-
-        runs = run_batch(
-            [test_of[row].packing for row in possible],
-            [self._law(theta[row]) for row in possible],
-            self._stages(states),
-            density=float(for_engine(DENSITY * self.scaling, self.unit_of_stress)),
-            expected_steps=relative_run_lengths(self.steps_exponent, theta[possible]),
-            threads=threads,
-            step_limit=self.step_limit,
-            precision=self.setting("precision"),
-            economy=self.economy,
-            stopped=stopped,
-            watch=watched,
-        )
-        for run in runs:
-            row = possible[run.index]
-            yield row, test_of[row]._outcome(run, states)
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
         """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order, at the control values `at` (T,)."""
@@ -361,33 +289,17 @@ class StressPathTest(Economy, ABC):
             return strains_at_rest(checked_strains(at), self.strain_between_rests)
         return stresses_at_rest(checked_stresses(at, self.control), self.confining_pressure)
 
-    def _stages(self, states: NDArray[np.float64]) -> list[_native.Stage]:
-        """The path as the engine is given it."""
+    def stages_through(self, states: NDArray[np.float64]) -> list[_native.Stage]:
+        """The path through states (S,) as the engine is given it."""
         return self.stages(ENGINE_PRESSURE, for_engine(states, self.unit_of_stress) if self.control in IN_PASCAL else states)
 
-    def _law(self, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
+    def contact_law(self, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
+        """That of parameters (5,), in the order of PARAMETERS, as the engine is given it."""
         log_modulus, ratio, friction_angle, rolling_stiffness, rolling_strength = theta
         modulus = float(for_engine(10.0**log_modulus, self.unit_of_stress))
         return LAWS[self.law](modulus, ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
 
-    def _outcome(self, run: Run, states: NDArray[np.float64]) -> Response | Failure:
-        flagged = int(run.columns["flagged"].sum())
-        details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * self.packing.count}
-        details |= {"states": len(run.columns["flagged"]), "flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
-        if run.status not in ("finished", "stopped"):
-            return Failure(run.status, _FAILURES[run.status].format(limit=self.step_limit) + f" (after {run.steps} steps).", details)
-        if self._too_many_flagged(run.columns, len(states)):
-            of = f"{details['states']}" if run.status == "finished" else f"the first {details['states']}"
-            reason = f"{flagged} of {of} states were not at rest within their step limit, more than the share of {self.largest_flagged_share:g} of all {len(states)} that is allowed."
-            return Failure("flagged", reason, details)
-        if run.status == "stopped":
-            return self._response(run.columns, states, details | {"stopped": 1})
-        return self._response(run.columns, states, details)
-
-    def _too_many_flagged(self, recorded: Mapping[str, NDArray[np.float64]], of: int) -> bool:
-        return bool(recorded["flagged"].sum() > self.largest_flagged_share * of)
-
-    def _response(self, recorded: Mapping[str, NDArray[np.float64]], states: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
+    def response_of(self, recorded: Mapping[str, NDArray[np.float64]], states: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
         """Of the states recorded, the first or all of those that were to be."""
         columns = {**recorded, **self.derived(recorded)}
         values = {name: from_engine(columns[name], self.unit_of_stress) if name in IN_PASCAL else columns[name] for name in self.returned}
@@ -454,4 +366,6 @@ def one_row(at: ArrayLike) -> NDArray[np.float64] | None:
 def relative_run_lengths(steps_exponent: float, theta: NDArray[np.float64]) -> NDArray[np.float64]:
     """How the numbers of steps of samples (N, 5) compare with one another, (N,), where they grow with this power of the modulus."""
     # The critical step falls with the root of the stiffness; smooth grains take longer to come to rest.
-    return 10.0 ** (steps_exponent * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))
+    # Whatever a modulus may be: one that has no meaning is refused where it is run.
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        return 10.0 ** (steps_exponent * theta[:, 0]) / (0.1 + np.sin(np.radians(theta[:, 2])))

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment, Result
-from graincal.campaign.experiment import Model
 from graincal.data import Reference, Samples
-from graincal.models import PythonModel, StressPathTest, TableTest, TriaxialTest
+from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS
 from graincal.models.stress_path import STRAINS
 from graincal.positions import POSITION, positions

@@ -1,0 +1,61 @@
+"""What the scheduler and the store cost: evaluations of a function that takes 1 ms, without a filter.
+
+    python benchmarks/scheduling.py [--runs 1000 10000] [--workers 2] [--where threads processes]
+
+Each line is a library of runs (`graincal explore`) in a process of its own: milliseconds of wall time for each evaluation, from the first to the last, and the largest resident memory of the process that controls it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+import graincal as gc
+
+AT = np.linspace(0.01, 0.2, 20)
+SPACE = gc.ParameterSpace({"a": (0, 1), "b": (0, 1)})
+
+
+def takes_a_millisecond(theta):
+    until = time.perf_counter() + 1e-3
+    while time.perf_counter() < until:
+        time.sleep(2e-4)
+    return {"stress_ratio": 1 + theta[0] * AT, "volumetric_strain": theta[1] * AT}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, nargs="+", default=[1000, 10000])
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--where", nargs="+", choices=("threads", "processes"), default=["threads", "processes"])
+    arguments = parser.parse_args()
+    print(f"{'':12}{'runs':>8}{'ms each':>10}{'MB':>8}")
+    for where in arguments.where:
+        for runs in arguments.runs:
+            with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+                seconds, memory = pool.submit(library, where, runs, arguments.workers).result()
+            print(f"{where:12}{runs:>8}{1000 * seconds / runs:>10.2f}{memory:>8.0f}", flush=True)
+
+
+def library(where: str, runs: int, workers: int) -> tuple[float, float]:
+    """Wall time, s, and memory, MB."""
+    function = takes_a_millisecond if where == "threads" else "scheduling:takes_a_millisecond"
+    with tempfile.TemporaryDirectory() as folder:
+        model = gc.PythonModel(function, folder=Path(__file__).parent if where == "processes" else None)
+        # Imports and the first processes are not what is measured.
+        gc.explore(model, SPACE, AT, folder=Path(folder) / "first", runs=2 * workers, workers=workers)
+        start = time.perf_counter()
+        gc.explore(model, SPACE, AT, folder=Path(folder) / "library", runs=runs, workers=workers)
+        return time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,57 @@
+"""One evaluation as a record that can be sent to where it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from graincal.data import Failure, Response
+
+Watch = Callable[[Response], bool]
+"""Is shown the first of a run's states; the run need not go on where it returns True."""
+
+
+class Work(Protocol):
+    """What the evaluations of a model share: a packing, a function, files.
+
+    It is called with the argument of a task, wherever that runs, and returns a Response or a Failure. What it raises ends whoever asked. key: names it; to a process it is sent once.
+    executor: where it is to run, None for this machine's workers. own_process: whether each evaluation runs in a process, which may crash, be ended after `timeout` seconds, and has imported what
+    `prepare` imports. Otherwise it runs on threads: then `run(argument, stopped, watch)`, where there is one, is called instead, which asks `stopped()` several times a second whether to go on.
+    """
+
+    key: str
+    executor: Executor | None
+    own_process: bool
+    timeout: float | None
+
+    def __call__(self, argument: Any) -> Response | Failure: ...
+
+    def prepare(self) -> None: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """An evaluation: work, and the argument that makes it this one.
+
+    name: by which whoever submits it knows it again. cost: how much it takes, in comparison with other tasks of its model; of tasks of the same `order` the most costly begins first. watch: a rule by which its run may be
+    stopped early; work that cannot be watched runs to its end.
+    """
+
+    work: Work
+    argument: Any
+    name: Hashable = None
+    cost: float = 1.0
+    order: tuple[int, ...] = ()
+    watch: Watch | None = None
+
+
+class Model(Protocol):
+    """What describes evaluations and runs none: it turns samples into tasks."""
+
+    def tasks(self, samples: Any, at: Any) -> Sequence[Task]: ...
+
+
+Outcomes = Iterator[tuple[int, Response | Failure]]
+"""(row, outcome), in the order in which evaluations end."""
