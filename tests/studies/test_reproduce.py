@@ -213,8 +213,8 @@ def test_work_in_another_place_is_gone_on_with(alone, data, tmp_path):
     """Of runs that a calibration learnt from it counts what they are, and not where they were: also of one that is not at its end."""
     shutil.copytree(alone, tmp_path / "study")
     piece = tmp_path / "study" / "work" / "synthetic-mid-posterior-stress-only-seed-1"
-    with closing(sqlite3.connect(piece / DATABASE)) as database, database:
-        database.execute("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
+    with closing(Store.open(piece)) as store:
+        store.database.rows("DELETE FROM meta WHERE key IN ('stopped_by', 'stopped_because')")
     said = " ".join(reproduced(data, tmp_path / "study", *FOLLOWING))
     assert "could not be run" not in said and "stress-only: 1 of" in said
     assert tables(tmp_path / "study") == tables(alone)
@@ -224,9 +224,9 @@ def test_work_at_its_end_of_other_settings_is_left_out_and_said(alone, data, tmp
     """And so is what follows from it. Nothing is overwritten."""
     shutil.copytree(alone, tmp_path / "study")
     work = tmp_path / "study" / "work"
-    with closing(sqlite3.connect(work / "synthetic-mid-posterior-seed-1" / DATABASE)) as database, database:
-        database.execute("UPDATE meta SET value = json_set(value, '$.commit', 'another') WHERE key = 'provenance'")
-        database.execute("UPDATE meta SET value = json_set(value, '$.seed', 17) WHERE key = 'description'")
+    with closing(Store.open(work / "synthetic-mid-posterior-seed-1")) as store:
+        store.database.rows("UPDATE meta SET value = json_set(value, '$.commit', 'another') WHERE key = 'provenance'")
+        store.database.rows("UPDATE meta SET value = json_set(value, '$.seed', 17) WHERE key = 'description'")
     before = {path: path.read_bytes() for path in work.glob(f"*/{DATABASE}")}
     said = " ".join(reproduced(data, tmp_path / "study", *FOLLOWING))
     assert "this was made by other settings" in said and "what it follows from is left out" in said
@@ -257,8 +257,8 @@ def test_what_a_folder_was_made_with_is_read_or_refused(made, data, tmp_path, ca
 
 def without_weights(folder):
     """Take the weights of all iterations from a calibration."""
-    with closing(sqlite3.connect(folder / DATABASE)) as database, database:
-        database.execute("UPDATE iteration SET unweighted = 'none', s = NULL, effective_sample_size = NULL, gl_error = NULL")
+    with closing(Store.open(folder)) as store:
+        store.database.rows("UPDATE iteration SET unweighted = 'none', s = NULL, effective_sample_size = NULL, gl_error = NULL")
 
 
 def test_a_calibration_without_weights_stops_no_study(alone, data, tmp_path):
@@ -276,8 +276,8 @@ def test_a_calibration_without_weights_stops_no_study(alone, data, tmp_path):
 def test_iterations_without_weights_leave_the_others_in_their_rows(made, data, tmp_path, call):
     folder, _ = made
     shutil.copytree(folder, tmp_path / "study")
-    with closing(sqlite3.connect(tmp_path / "study" / "work" / PIECES[1] / DATABASE)) as database, database:
-        database.execute("UPDATE iteration SET unweighted = 'none', s = NULL, effective_sample_size = NULL, gl_error = NULL WHERE id = 1")
+    with closing(Store.open(tmp_path / "study" / "work" / PIECES[1])) as store:
+        store.database.rows("UPDATE iteration SET unweighted = 'none', s = NULL, effective_sample_size = NULL, gl_error = NULL WHERE id = 1")
     assert call(*arguments(data, tmp_path / "study")).code == 0
     read = [list(csv.DictReader((each / "tables" / f"{STUDY}.csv").open(encoding="utf-8", newline=""))) for each in (folder, tmp_path / "study")]
     of = [{(row["setting"], row["quantity"]): row["graincal median"] for row in rows} for rows in read]
