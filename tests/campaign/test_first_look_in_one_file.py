@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 import graincal as gc
 from graincal.campaign import begin
 from graincal.campaign.config import read_calibration
-from graincal.campaign.running import LOOK
 from graincal.campaign.status import status
+from graincal.campaign.store import LOOK
 from graincal.cli import app
 
 from .as_tasks import broken_off

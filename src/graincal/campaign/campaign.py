@@ -14,7 +14,7 @@ from graincal.campaign.curves import file_name, write_curve
 from graincal.campaign.evaluations import Evaluations
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener
-from graincal.campaign.packings import study_packings
+from graincal.campaign.packing_study import study_packings
 from graincal.campaign.replay import tell
 from graincal.campaign.result import Result
 from graincal.campaign.store import OUT_OF_TIME, SPENT, Store

@@ -12,8 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
-from graincal.campaign.experiment import Experiment
-from graincal.campaign.exploring import no_reference
+from graincal.campaign.experiment import Experiment, no_reference
 from graincal.campaign.first_look import read_first_look
 from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
@@ -348,7 +347,7 @@ class CalibrationFile(Section):
 def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
     """Read a calibration file and all that it names, and check that it can be calibrated.
 
-    more_runs: folders beside those under `runs`. exploring: for a library, without what was run before; to: then without references, up to this control value (`exploring.no_reference`).
+    more_runs: folders beside those under `runs`. exploring: for a library, without what was run before; to: then without references, up to this control value (`experiment.no_reference`).
 
     Raises InputError for what cannot: a sentence for each mistake, with the file, the key and what was expected; and one for each open question, a value "?".
     """

@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.dem.siblings import sibling_particles
@@ -111,6 +111,18 @@ class Experiment:
         """The response, which holds all observables, or why these cannot be compared with the reference."""
         met = interpolate(response, self.reference.control)
         return met if isinstance(met, Failure) else not_finite(met, self.reference.names, self.reference.control_name) or response
+
+
+def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None, recorded: Sequence[str] = ()) -> Reference:
+    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured. recorded: what a model must return beside the observables."""
+    control = np.atleast_1d(np.asarray(to, dtype=np.float64))
+    if control.ndim != 1 or not np.all(np.isfinite(control)) or control[-1] <= 0:
+        raise InputError(f"explore: the last control value must be a positive number, not {to!r}.")
+    if len(control) == 1:
+        control = control[0] * np.array([0.5, 1.0])
+    name = control_name if isinstance(control_name, str) else "axial_strain"
+    nothing = np.ones(len(control))
+    return Reference(control, dict.fromkeys(observables, nothing), control_name=name, recorded=dict.fromkeys(recorded, nothing))
 
 
 def not_finite(response: Response, names: Sequence[str], control_name: str) -> Failure | None:

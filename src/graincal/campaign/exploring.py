@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
 from graincal.campaign.claiming import claim
-from graincal.campaign.experiment import Experiment
+from graincal.campaign.experiment import Experiment, no_reference
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
 from graincal.campaign.log import Log
 from graincal.campaign.points import checked_points
 from graincal.campaign.store import LIBRARY, NAME, POINTS, Store, holds_campaign
-from graincal.data import InputError, ParameterSpace, Reference, Samples
+from graincal.data import InputError, ParameterSpace, Samples
 from graincal.inference import Stop
 from graincal.inference.defensive import DefensiveMixture
 from graincal.models import Model
@@ -57,18 +57,6 @@ def explore(
     else:
         experiments = [Experiment("experiment", model, no_reference(to, observables, getattr(model, "control", None)))]
     return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, listeners, points)
-
-
-def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None, recorded: Sequence[str] = ()) -> Reference:
-    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured. recorded: what a model must return beside the observables."""
-    control = np.atleast_1d(np.asarray(to, dtype=np.float64))
-    if control.ndim != 1 or not np.all(np.isfinite(control)) or control[-1] <= 0:
-        raise InputError(f"explore: the last control value must be a positive number, not {to!r}.")
-    if len(control) == 1:
-        control = control[0] * np.array([0.5, 1.0])
-    name = control_name if isinstance(control_name, str) else "axial_strain"
-    nothing = np.ones(len(control))
-    return Reference(control, dict.fromkeys(observables, nothing), control_name=name, recorded=dict.fromkeys(recorded, nothing))
 
 
 def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = (), points: ArrayLike | None = None) -> Path:

@@ -24,14 +24,13 @@ from graincal.campaign.log import Log
 from graincal.campaign.provenance import differences, provenance
 from graincal.campaign.result import Result
 from graincal.campaign.runs import known_runs
-from graincal.campaign.store import SPENT, Store, holds_campaign
+from graincal.campaign.store import LOOK, SPENT, Store, holds_campaign
 from graincal.campaign.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference import DEFAULT_METHOD, Stop
 from graincal.models import Model
 
 CALIBRATION_FILE = "campaign.toml"
-LOOK = "first_look"
 REPORT = "report.html"
 
 

@@ -14,8 +14,7 @@ from graincal.campaign.recorded import recorded_of_answer
 from graincal.campaign.remarks import remarks
 from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Answer, Candidate, Result
-from graincal.campaign.running import LOOK
-from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.store import LOOK, Store, holds_campaign
 from graincal.campaign.trust import accepted_problems
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration

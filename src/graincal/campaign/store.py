@@ -37,6 +37,9 @@ from graincal.inference.known_runs import KnownRuns
 LIBRARY = "library"
 """The key under which a store of runs for no reference keeps how many there are to be."""
 
+LOOK = "first_look"
+"""The folder within a campaign's that holds the campaign of its first look."""
+
 POINTS = "points"
 """The key under which a library keeps the parameters that its runs are to have, where somebody chose them."""
 
