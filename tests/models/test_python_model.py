@@ -54,6 +54,25 @@ def test_results_come_in_order_of_completion():
     assert rows == [1, 0]
 
 
+class Hostile:
+    def __array__(self, *arguments, **options):
+        raise MemoryError
+
+
+class HostileMapping(dict):
+    def __bool__(self):
+        raise RuntimeError
+
+
+class Speechless(Exception):
+    def __str__(self):
+        raise ValueError
+
+
+def raises(error):
+    raise error
+
+
 @pytest.mark.parametrize(
     ("returned", "kind", "said"),
     [
@@ -62,6 +81,17 @@ def test_results_come_in_order_of_completion():
         (lambda: [1.0, 2.0, 3.0], "output", "must return a mapping"),
         (lambda: 1 / 0, "error", r"ZeroDivisionError: division by zero \(test_python_model.py, line \d+\)"),
         (lambda: os.sys.exit(3), "error", "SystemExit: 3"),
+        (lambda: {"y": [1, 2, 10**400]}, "output", "y is not an array of numbers"),
+        (lambda: {"y": [1.0, 2.0, 3j]}, "output", "y is not an array of numbers"),
+        (lambda: {"y": ["1", "2", "3"]}, "output", "y is not an array of numbers"),
+        (lambda: {"y": np.array([1, "2", 3], dtype=object)}, "output", "y is not an array of numbers"),
+        (lambda: {"y": Hostile()}, "output", "cannot be read: MemoryError"),
+        (lambda: HostileMapping(), "output", "cannot be read: RuntimeError"),
+        (lambda: raises(KeyboardInterrupt()), "error", "KeyboardInterrupt"),
+        (lambda: raises(GeneratorExit()), "error", "GeneratorExit"),
+        (lambda: raises(Speechless()), "error", "Speechless: without a message"),
+        (lambda: raises(FileNotFoundError("x\udce9.dat")), "error", "FileNotFoundError: x"),
+        (lambda: Failure("no", "no.", None), "output", "cannot be read"),
     ],
 )
 def test_what_cannot_be_compared_is_a_failure_with_its_reason(returned, kind, said):
