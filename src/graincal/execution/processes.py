@@ -20,6 +20,7 @@ from graincal.data import Failure, InputError, Response
 from graincal.execution.interrupts import sigint_later
 from graincal.execution.task import Task, Work
 from graincal.execution.threads import PATIENCE, Done, Threads
+from graincal.notation.printable import as_text
 
 CRASHED = Failure("crashed", "the process that ran the evaluation ended abruptly: a crash in compiled code, or too little memory.")
 """The outcome of an evaluation whose process ended abruptly."""
@@ -144,7 +145,7 @@ class _Worker:
                 return CRASHED
             except BaseException as error:
                 # What the evaluation gave cannot be sent, or cannot be read here.
-                return Failure("error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {error}).")
+                return Failure("error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {as_text(error)}).")
         if time.monotonic() < self.deadline:
             return None
         self._lose()
