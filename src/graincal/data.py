@@ -13,8 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.notation.printable import as_text, printable
 
 
+LONGEST_MESSAGE = 10_000
+"""Characters of a message: a list of many columns is long."""
+
+
 class InputError(ValueError):
-    """What a user gave cannot be used. The message is one sentence that names the place and what was expected."""
+    """What a user gave cannot be used. The message is one sentence that names the place and what was expected; whatever it quotes is made printable in it."""
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__(printable(message, LONGEST_MESSAGE, lines=True))
 
 
 def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
@@ -412,7 +419,7 @@ class Response:
         return replace(self, control=control, values=values, confining_pressure=float(confining_pressure))
 
 
-LONGEST_KIND, LONGEST_REASON, LONGEST_NAME = 50, 1_000, 200
+LONGEST_KIND, LONGEST_REASON, LONGEST_NAME = 50, 1_000, 500
 """Characters of a failure's kind and reason, and of names that a model gives."""
 
 

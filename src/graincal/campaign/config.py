@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment
@@ -17,8 +17,8 @@ from graincal.campaign.exploring import no_reference
 from graincal.campaign.first_look import read_first_look
 from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
-from graincal.campaign.section import Section, mistake, sentences
-from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
+from graincal.campaign.section import Section, mistake, refused, sentences, show
+from graincal.data import LONGEST_NAME, InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.files import unreadable
@@ -27,6 +27,7 @@ from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
 from graincal.models.compression import CompressionTest
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.rests import RESTS_EVERY
+from graincal.notation.printable import is_printable
 from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
 
@@ -40,13 +41,35 @@ def _only_false(value: Any) -> Any:
     return value
 
 
+def _shown(text: str) -> str:
+    if text and not is_printable(text, LONGEST_NAME):
+        raise refused(f" must be printable text of at most {LONGEST_NAME} characters, not {show(text)}")
+    return text
+
+
+def _possible(name: str) -> str:
+    if "\0" in name:
+        raise refused(f" is {show(name)}, and no file can have the character \\u0000 in its name")
+    return name
+
+
+Shown = Annotated[str, AfterValidator(_shown)]
+"""Text that stands in messages, tables and figures."""
+FileName = Annotated[str, AfterValidator(_possible)]
 Off = Annotated[Literal[False], BeforeValidator(_only_false)]
 Texts = dict[str, str]
 
 
+def _with_printable_names(table: dict[str, Any]) -> dict[str, Any]:
+    """The table, whose keys are names that are shown. Raises the mistake where one cannot be."""
+    if (wrong := next((name for name in table if not is_printable(name, LONGEST_NAME)), None)) is not None:
+        raise mistake(f" must have names of printable text, of at most {LONGEST_NAME} characters, not {show(wrong)}")
+    return table
+
+
 class Parameter(Section):
     range: list[float] = Field(min_length=2, max_length=2, description="[low, high] with low < high")
-    unit: str = Field("", description='text such as "deg"')
+    unit: Shown = Field("", description='text such as "deg"')
     per_experiment: bool = Field(False, description="true or false")
 
     @field_validator("range")
@@ -81,7 +104,7 @@ class Observable(Section):
 class ReferenceFile(Section):
     called: ClassVar[str] = "[experiment.reference]"
 
-    file: str = Field(description="the name of a laboratory file")
+    file: FileName = Field(description="the name of a laboratory file")
     columns: dict[str, str | int | list[str | int]] = Field({}, description='a table of quantities and columns, by header, number or letter, such as { axial_strain = "Ea(%)", deviator_stress = 3 }')
     units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
     strain: str | Texts | None = Field(None, description='"logarithmic" or "engineering", or a table of quantities and these')
@@ -119,10 +142,10 @@ class StressPathModel(Section):
     settling_damping: float = Field(Economy.settling_damping, gt=0, lt=1, description="a number between 0 and 1")
     strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
     law: Literal["linear", "hertz-mindlin"] = Field(StressPathTest.law, description='"linear" or "hertz-mindlin"')
-    packing: str | list[str] | None = Field(None, description="the name of a packing file, or a list of them")
+    packing: FileName | list[FileName] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")
-    grading: str = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
+    grading: FileName = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
 
     PREPARATION: ClassVar[tuple[str, ...]] = ("particles", "void_ratio", "grading", "seed")
@@ -166,7 +189,7 @@ class CompressionModel(StressPathModel):
 
 class TableModel(StressPathModel):
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
-    table: str = Field(description="the name of a file with the stages of the path")
+    table: FileName = Field(description="the name of a file with the stages of the path")
 
     def _options(self, folder: Path) -> dict[str, Any]:
         return super()._options(folder) | {"table": StressPathTable.read(_from_root(folder / self.table))}
@@ -174,7 +197,7 @@ class TableModel(StressPathModel):
 
 class FunctionModel(Section):
     kind: Literal["python"] = Field(description='"python"')
-    function: str = Field(description='the name of a function as "module:name"')
+    function: Shown = Field(description='the name of a function as "module:name"')
     control: list[float] | None = Field(None, description="a list of the control values that the function returns values at")
     timeout: Positive | None = Field(None, description="a number of seconds above 0")
 
@@ -187,9 +210,9 @@ MODELS: dict[str, type[Section]] = {kind: CompressionModel if issubclass(test, C
 
 
 class ExperimentEntry(Section):
-    name: str = Field(min_length=1, description="text")
+    name: Shown = Field(min_length=1, description="text")
     reference: ReferenceFile | None = Field(None, description="the name of a laboratory file, or a table [experiment.reference]")
-    control: str = Field("axial_strain", description="the name of the control variable")
+    control: Shown = Field("axial_strain", description="the name of the control variable")
     observables: dict[str, Observable] = Field(min_length=1, description="a table such as { stress_ratio = { variance_share = 0.5 } }")
     model: StressPathModel | FunctionModel = Field(description=f"a table whose kind is one of {', '.join(MODELS)}")
 
@@ -207,6 +230,11 @@ class ExperimentEntry(Section):
     @classmethod
     def _name_alone(cls, value: Any) -> Any:
         return {"file": value} if isinstance(value, str) else value
+
+    @field_validator("observables")
+    @classmethod
+    def _printable_names(cls, observables: dict[str, Observable]) -> dict[str, Observable]:
+        return _with_printable_names(observables)
 
     @field_validator("observables")
     @classmethod
@@ -272,8 +300,8 @@ class FilterSection(Section):
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool | None = Field(None, description="true or false")
     packing_scatter: bool = Field(True, description="true or false")
-    first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
-    runs: list[str] | None = Field(None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]')
+    first_look: FileName | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
+    runs: list[FileName] | None = Field(None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]')
 
 
 class LookSection(Section):
@@ -343,6 +371,11 @@ class CalibrationFile(Section):
     first_look: LookSection | None = Field(None, description="a table [first_look] with model = { particles = 250 }")
     stop: StopSection = Field(StopSection(), description="a table [stop]")
     run: RunSection = Field(RunSection(), description="a table [run]")
+
+    @field_validator("parameters")
+    @classmethod
+    def _printable_names(cls, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
+        return _with_printable_names(parameters)
 
 
 def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:

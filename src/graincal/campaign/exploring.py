@@ -76,6 +76,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
     # A library has no method, and no end but its runs.
     folder = Path(folder)
     calibration = replace(calibration, method=POSTERIOR, filter_options={}, stop=Stop(), first_look=None, look=None, known=None).check()
+    calibration.check_names()
     if points is not None and runs is not None:
         raise InputError("explore: runs and points are both given, and one of them was expected.")
     if points is not None:

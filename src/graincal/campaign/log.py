@@ -16,8 +16,12 @@ from graincal.campaign.listener import Listener
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response
 from graincal.inference import Iteration
+from graincal.notation.printable import printable
 
 NAME = "log.txt"
+
+LONGEST_LINE = 4_000
+"""Characters of a line."""
 
 _PATIENCE = 1.0
 """Seconds to wait for a lock: a reader that looks whether it is held holds it for an instant itself."""
@@ -43,7 +47,7 @@ class Log(Listener):
     def write(self, text: str) -> None:
         """Add a line with the time."""
         try:
-            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {text}\n")
+            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {printable(text, LONGEST_LINE)}\n")
             self._file.flush()
         except OSError as error:
             raise FolderError.of(self.path, error) from error

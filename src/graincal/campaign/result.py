@@ -316,7 +316,8 @@ class Result:
 
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
-        return self._store.failure_kinds()
+        # As stored by a version before, they may be anything.
+        return [(failure.kind, failure.reason, count) for kind, reason, count in self._store.failure_kinds() for failure in [Failure(kind, reason)]]
 
     def report(self, path: str | Path) -> Path:
         """Write the report, one HTML file, and return its path."""

@@ -88,7 +88,7 @@ def calibrate(
 
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = (), accepted: Sequence[Doubt] = ()) -> Result:
     """Run a new campaign, in memory or in a folder that holds none. accepted: problems in spite of which it is run, which are kept and reported."""
-    calibration.check()
+    calibration.check().check_names()
     if folder is None:
         store = Store.create(calibration, accepted=accepted)
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()

@@ -25,10 +25,6 @@ from graincal.cli.simulate import simulate
 from graincal.cli.status import status
 from graincal.cli.version import print_version
 from graincal.data import InputError
-from graincal.notation.printable import printable
-
-LONGEST_MESSAGE = 10_000
-"""Characters of a message: a list of many columns is long."""
 
 app = typer.Typer(name="graincal", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command(epilog="Example:  graincal demo -o graincal-demo")(demo)
@@ -65,7 +61,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         app(arguments)
     except InputError as error:
-        print(printable(error, LONGEST_MESSAGE, lines=True), file=sys.stderr)
+        print(error, file=sys.stderr)
         sys.exit(1)
     finally:
         signal.signal(signal.SIGINT, before)

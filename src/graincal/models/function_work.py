@@ -24,7 +24,7 @@ class FunctionWork:
     """A function, or its name as "module:name" with the folder that its module is looked for in first, and the control values (K,) that what it returns belongs to. A task's argument is theta (n,).
 
     A function by its name runs in processes, which import it. Any other may not be one that can be sent, and runs on threads.
-    Names of what a function returns are made printable, and cut to 200 characters; what has an empty name, or one that is there already, is left out.
+    Names of what a function returns are made printable, and cut to 500 characters; what has an empty name, or one that is there already, is left out.
     """
 
     function: Function | str

@@ -33,7 +33,7 @@ class PythonModel(Model):
     executor. What the function started in its process ends with it.
 
     The function may return a `Failure` itself: of the kind "infeasible" where the parameters are impossible. An exception in it, values that are not numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
-    Values may be NaN or infinite; which of them must be finite the experiment knows. A further quantity whose name is not printable, or longer than 200 characters, is kept under a name that is; one without a name is left out.
+    Values may be NaN or infinite; which of them must be finite the experiment knows. A further quantity whose name is not printable, or longer than 500 characters, is kept under a name that is; one without a name is left out.
     """
 
     function: Function | str
