@@ -65,9 +65,9 @@ class ParameterSpace:
         for name, limits in ranges.items():
             try:
                 low, high = (float(limit) for limit in limits)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 low = high = np.nan
-            if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            if not (np.isfinite(low) and np.isfinite(high) and low < high and np.isfinite(high - low)):
                 raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {limits!r}.")
         if unknown := set(units) - set(ranges):
             raise InputError(f"units: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,18 +17,26 @@ from graincal.campaign.first_look import read_first_look
 from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
 from graincal.campaign.section import Section, mistake, refused, sentences, show
+from graincal.campaign.toml import NotTOML, read_toml
 from graincal.data import LONGEST_NAME, InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
-from graincal.files import unreadable
+from graincal.execution.cores import MOST_WORKERS
+from graincal.files import check_name, unreadable
 from graincal.inference import DEFAULT_METHOD, METHODS, Stop
+from graincal.inference.posterior_filter import MOST_AHEAD
+from graincal.inference.samples import MOST_SAMPLES
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
 from graincal.models.compression import CompressionTest
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
+from graincal.models.python import LONGEST_TIMEOUT
 from graincal.models.rests import RESTS_EVERY
 from graincal.notation.printable import is_printable
 from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
+
+MOST_ROUNDS = 1_000_000
+"""Of limits on evaluations and iterations: what is longer is none."""
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -149,6 +156,7 @@ class StressPathModel(Section):
     seed: int = Field(1, ge=0, description="a whole number, not negative")
 
     PREPARATION: ClassVar[tuple[str, ...]] = ("particles", "void_ratio", "grading", "seed")
+    MOST: ClassVar[dict[str, float]] = {"particles": 1_000_000, "void_ratio": 100, "step_limit": 10**15, "confining_pressure": 1e15, "packing": 100}
 
     @model_validator(mode="after")
     def _one_packing(self) -> StressPathModel:
@@ -180,10 +188,12 @@ class StressPathModel(Section):
         from graincal.dem.preparation import prepare
 
         file = folder / self.grading
-        return prepare(self.particles, self.void_ratio, file if file.exists() else self.grading, self.seed)
+        return prepare(self.particles, self.void_ratio, file if os.path.exists(file) else self.grading, self.seed)
 
 
 class CompressionModel(StressPathModel):
+    MOST: ClassVar[dict[str, float]] = StressPathModel.MOST | {"turns": 1_000}
+
     turns: list[Positive] = Field([], description="a list of numbers above 0, in Pa, such as [320e3, 20e3]")
 
 
@@ -196,6 +206,8 @@ class TableModel(StressPathModel):
 
 
 class FunctionModel(Section):
+    MOST: ClassVar[dict[str, float]] = {"control": 100_000, "timeout": LONGEST_TIMEOUT}
+
     kind: Literal["python"] = Field(description='"python"')
     function: Shown = Field(description='the name of a function as "module:name"')
     control: list[float] | None = Field(None, description="a list of the control values that the function returns values at")
@@ -210,6 +222,8 @@ MODELS: dict[str, type[Section]] = {kind: CompressionModel if issubclass(test, C
 
 
 class ExperimentEntry(Section):
+    MOST: ClassVar[dict[str, float]] = {"observables": 1_000}
+
     name: Shown = Field(min_length=1, description="text")
     reference: ReferenceFile | None = Field(None, description="the name of a laboratory file, or a table [experiment.reference]")
     control: Shown = Field("axial_strain", description="the name of the control variable")
@@ -286,6 +300,7 @@ class ExperimentEntry(Section):
 
 class FilterSection(Section):
     called: ClassVar[str] = "[filter]"
+    MOST: ClassVar[dict[str, float]] = {"first_batch": MOST_SAMPLES, "batch": MOST_SAMPLES, "ahead": MOST_AHEAD, "correlation_length": 1e6, "runs": 1_000}
 
     method: str = Field(DEFAULT_METHOD, description=" or ".join(f'"{method}"' for method in METHODS))
     alpha: Positive = Field(10, description="a number above 0")
@@ -306,6 +321,7 @@ class FilterSection(Section):
 
 class LookSection(Section):
     called: ClassVar[str] = "[first_look]"
+    MOST: ClassVar[dict[str, float]] = {"max_evaluations": MOST_ROUNDS}
 
     model: dict[str, Any] = Field(min_length=1, description="a table of keys that make every experiment's model cheaper, such as { particles = 250 }")
     max_evaluations: int | None = Field(None, ge=10, description="a whole number, at least 10")
@@ -345,6 +361,7 @@ class LookSection(Section):
 
 class StopSection(Section):
     called: ClassVar[str] = "[stop]"
+    MOST: ClassVar[dict[str, float]] = {"max_iterations": MOST_ROUNDS, "max_evaluations": MOST_ROUNDS}
 
     s: NotNegative | Off = Field(0.01, description="a number, not negative, or false")
     gl_error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
@@ -358,6 +375,7 @@ class StopSection(Section):
 
 class RunSection(Section):
     called: ClassVar[str] = "[run]"
+    MOST: ClassVar[dict[str, float]] = {"workers": MOST_WORKERS, "expected_seconds": LONGEST_TIMEOUT}
 
     workers: Count | Literal["all"] = Field("all", description='a whole number above 0, or "all"')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
@@ -365,6 +383,8 @@ class RunSection(Section):
 
 
 class CalibrationFile(Section):
+    MOST: ClassVar[dict[str, float]] = {"parameters": 200, "experiment": 1_000}
+
     parameters: dict[str, Parameter] = Field(min_length=1, description="a table such as phi = { range = [0, 60] }")
     experiment: list[ExperimentEntry] = Field(min_length=1, description="at least one table [[experiment]]")
     filter: FilterSection = Field(FilterSection(), description="a table [filter]")
@@ -427,13 +447,14 @@ def _read(path: Path) -> tuple[CalibrationFile, str]:
 def parse(path: Path) -> tuple[dict[str, Any], str]:
     """The content of a file as TOML has it, and its text."""
     try:
+        check_name(path, "a calibration file")
         source = path.read_text(encoding="utf-8-sig")
-        return tomllib.loads(source), source
+        return read_toml(source), source
     except OSError as error:
         raise InputError(unreadable(path, error, "a calibration file")) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
-    except tomllib.TOMLDecodeError as error:
+    except NotTOML as error:
         raise InputError(f"{path}: this is not TOML, {error}.") from None
 
 

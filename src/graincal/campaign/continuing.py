@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.replay import runs_at_answer, tell
 from graincal.campaign.store import SPENT, Store, same
+from graincal.campaign.toml import read_toml
 from graincal.data import InputError
 from graincal.inference import Stop
 from graincal.suggestion import did_you_mean
@@ -83,7 +83,7 @@ def changed_keys(path: Path, store: Store) -> str | None:
         text = path.read_text(encoding="utf-8-sig")
         if text == source:
             return None
-        before, now = _flat(tomllib.loads(source)), _flat(tomllib.loads(text))
+        before, now = _flat(read_toml(source)), _flat(read_toml(text))
     except FileNotFoundError:
         return None
     except (OSError, ValueError):
@@ -100,7 +100,7 @@ def changed_since(store: Store) -> tuple[Path, str] | None:
     if not file or not source:
         return None
     try:
-        before, now = _flat(tomllib.loads(source)), _flat(tomllib.loads(Path(file).read_text(encoding="utf-8-sig")))
+        before, now = _flat(read_toml(source)), _flat(read_toml(Path(file).read_text(encoding="utf-8-sig")))
     except (OSError, ValueError):
         return None
     keys = ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key)))

@@ -20,6 +20,9 @@ class Section(BaseModel):
     called: ClassVar[str] = ""
     """The table's name in the file, where it has one of its own: keys that stand in another table are pointed to it."""
 
+    MOST: ClassVar[dict[str, float]] = {}
+    """Of some keys the largest number, or the most elements of a list, that anybody can mean."""
+
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
     def given(self, *left_out: str) -> dict[str, Any]:
@@ -46,13 +49,26 @@ class Section(BaseModel):
     def _check_value(cls, value: Any, validate, info) -> Any:
         field = cls.model_fields[info.field_name]
         try:
-            return validate(value)
+            found = validate(value)
         except ValidationError as error:
             if said := next((line["msg"] for line in error.errors() if line["type"] == "refused"), None):
                 raise mistake(said) from None
             if _holds_sections(field.annotation) and any(line["loc"] or line["type"] == "mistake" for line in error.errors()):
                 raise
             raise cls.unexpected(info.field_name, value) from None
+        cls._check_size(info.field_name, found)
+        return found
+
+    @classmethod
+    def _check_size(cls, key: str, value: Any) -> None:
+        """Raise the mistake of a size that would fill the memory, or never come to an end."""
+        most = cls.MOST.get(key)
+        if most is None:
+            return
+        if isinstance(value, (list, dict)) and len(value) > most:
+            raise mistake(f" has {len(value)} elements, and at most {most:,} were expected")
+        if isinstance(value, (int, float)) and value > most:
+            raise mistake(f" is {show(value)}, and at most {f'{most:,}' if isinstance(most, int) else f'{most:g}'} was expected")
 
     @classmethod
     def unexpected(cls, key: str, value: Any) -> PydanticCustomError:
