@@ -9,6 +9,7 @@ from pathlib import Path
 from graincal.data import InputError
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
+_FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 def unreadable(path: str | os.PathLike[str], error: OSError, expected: str) -> str:
@@ -45,4 +46,6 @@ def unwritable(path: str | os.PathLike[str], error: OSError) -> str:
         return f"{error.filename or path}: this is a file, and a folder to write to was expected."
     if isinstance(error, (FileNotFoundError, NotADirectoryError)) and not Path(path).parent.is_dir():
         return f"{path}: this cannot be written, for there is no folder {Path(path).parent}, and one that exists was expected."
+    if error.errno in _FORBIDDEN:
+        return f"{path}: this cannot be written ({error.strerror}): name another place, as by -o, or copy the folder to where it may be written."
     return f"{path}: this cannot be written ({error.strerror}), and a place that may be written to was expected."

@@ -63,6 +63,10 @@ def main(arguments: list[str] | None = None) -> None:
     except InputError as error:
         print(error, file=sys.stderr)
         sys.exit(1)
+    except OSError as error:
+        # Of a file that nobody looked at before: whatever the system says of it.
+        print(InputError(f"{error.filename or 'a file'}: this cannot be read or written ({error.strerror or error})."), file=sys.stderr)
+        sys.exit(1)
     finally:
         signal.signal(signal.SIGINT, before)
 
