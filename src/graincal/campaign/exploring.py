@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
+from graincal.campaign.code import look_at_code
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
@@ -132,6 +133,9 @@ def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener])
     count, space = int(store.meta(LIBRARY)), calibration.space
     for listener in listeners:
         listener.begins(calibration)
+    if changed := look_at_code(store, calibration):
+        for listener in listeners:
+            listener.remark(changed)
     points = _points(store)
     theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0])) if points is None else points
     samples = Samples(np.arange(count, dtype=np.int64), theta, space.names)

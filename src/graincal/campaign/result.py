@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.code import CHANGED
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.learnt import Learnt
@@ -313,6 +314,11 @@ class Result:
         outcomes = [self.response(int(id), experiment) for id in answer.samples]
         given = [outcome for outcome in outcomes if isinstance(outcome, Response)]
         return replace(given[0], values={name: np.mean([each.values[name] for each in given], axis=0) for name in given[0].values}, details={}) if given else None
+
+    @cached_property
+    def code_changed(self) -> str | None:
+        """The files of its functions' code that were changed between two sittings; None where none was, as far as that is known."""
+        return self._store.meta(CHANGED)
 
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""

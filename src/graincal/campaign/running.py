@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.campaign import CURVES, Campaign
+from graincal.campaign.code import look_at_code
 from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.doubts import doubts, thinning_notes
@@ -164,6 +165,9 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
     if changed := differences(store.provenance, now):
         for listener in listeners:
             listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")
+    if changed := look_at_code(store, calibration):
+        for listener in listeners:
+            listener.remark(changed)
     try:
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     except BaseException as error:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from graincal.campaign.code import CHANGED
 from graincal.campaign.log import is_running
 from graincal.campaign.recorded import recorded_of_answer
 from graincal.campaign.remarks import remarks
@@ -15,7 +16,7 @@ from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.running import LOOK
 from graincal.campaign.store import Store, holds_campaign
-from graincal.campaign.trust import accepted_problems
+from graincal.campaign.trust import accepted_problems, changed_code
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration
 
@@ -41,7 +42,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     recorded: [{experiment, observable, of, errors, mean, spread}], only where something was recorded that is not fitted: its errors (Eq. 5) by the runs at the "answer", or by the "most probable sample" of
     the paper's method, or by the "best sample" before there is either.
     remarks: [{code, level, text, numbers}] of the method "posterior": what is to be said of it, in the order of the report; before a batch is complete, and by other
-    methods, "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
+    methods, "code-changed" and "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
     its meaning, and `graincal.campaign.remark.CODES` has all of them; level is "finding", "doubt" or "condition"; text is one or two sentences in plain characters; numbers is
     what they rest on. What takes emulators to tell is not among them (`BY_EMULATORS`): `Result.remarks` has it too.
     stopped_by, stopped_because: the criterion and a sentence.
@@ -75,7 +76,7 @@ def status(folder: str | Path) -> dict[str, Any]:
         "posterior": _posterior(result) if result else None,
         "fits_about_as_well": _fits(result) if result else None,
         **({"recorded": [each.as_json() for each in recorded_of_answer(result)]} if result and result.recorded_names else {}),
-        "remarks": [each.as_json() for each in (remarks(result) if result else accepted_problems(store.accepted))],
+        "remarks": [each.as_json() for each in (remarks(result) if result else (*changed_code(store.meta(CHANGED)), *accepted_problems(store.accepted)))],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
         "seconds": sum(seconds),
