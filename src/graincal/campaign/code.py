@@ -5,11 +5,15 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import os
+import pwd
 from collections.abc import Iterator
 from pathlib import Path
 
 from graincal.campaign.calibration import Calibration
-from graincal.campaign.store import Store
+from graincal.campaign.store import NAME, Store
+from graincal.campaign.trouble import FolderError
+from graincal.data import InputError
 from graincal.models import PythonModel
 
 CODE = "code"
@@ -63,6 +67,30 @@ def look_at_code(store: Store, calibration: Calibration) -> str | None:
     said = f"{names}: this code was changed since the campaign was begun, so that evaluations of before and from now on may be those of two models; a new campaign is of the code as it is."
     store.keep(CHANGED, names)
     return said
+
+
+def refuse_strangers_code(store: Store) -> None:
+    """Raise InputError where the store's database belongs to another user, and going on with it would run functions that it names: that is for a person to decide, who is shown which."""
+    database = store.folder / NAME
+    try:
+        owner = database.stat().st_uid
+    except OSError as error:
+        raise FolderError.of(database, error, reading=True) from error
+    if owner == os.getuid():
+        return
+    look = store.calibration.look
+    experiments = (*store.calibration.experiments, *(look.experiments if look else ()))
+    functions = {(each.model.function, each.model.folder) for each in experiments if isinstance(each.model, PythonModel) and isinstance(each.model.function, str)}
+    if functions:
+        said = "; ".join(f"{name}{f' of {folder}' if folder else ''}" for name, folder in sorted(functions, key=str))
+        raise InputError(f"{database}: this campaign belongs to another user ({_user(owner)}), and to go on with it runs code: {said}. Where you trust that, go on by --trust, or trust=True in Python.")
+
+
+def _user(number: int) -> str:
+    try:
+        return pwd.getpwuid(number).pw_name
+    except KeyError:
+        return str(number)
 
 
 def _files_of(module: str, folder: Path) -> Iterator[Path]:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
-from graincal.campaign.code import look_at_code
+from graincal.campaign.code import look_at_code, refuse_strangers_code
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
@@ -109,10 +109,14 @@ def _refuse_occupied(folder: Path) -> None:
         raise InputError(f"{folder}: this is there already, and a library needs a folder of its own.")
 
 
-def go_on_filling(folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = ()) -> Path:
-    """Make the runs of a library that are not there yet."""
+def go_on_filling(
+    folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = (), *, trust: bool = False
+) -> Path:
+    """Make the runs of a library that are not there yet. trust: as in `resume`."""
     with closing(Log(folder)) as log:
         store = Store.open(folder)
+        if not trust and models is None:
+            refuse_strangers_code(store)
         calibration = store.calibration
         if models is not None:
             calibration = replace(calibration, experiments=[replace(each, model=model) for each, model in zip(calibration.experiments, models)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.running import LOOK
 from graincal.campaign.store import Store, holds_campaign
 from graincal.campaign.trust import accepted_problems, changed_code
-from graincal.data import ParameterSpace
+from graincal.data import Failure, ParameterSpace
 from graincal.inference import Iteration
 
 
@@ -28,6 +29,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     graincal: the version that began it; started, updated: ISO 8601, when it began and when the last evaluation ended.
     method, seed, parameters (names), experiments (names).
     evaluations, failures, stopped: samples evaluated in every experiment, or failed or stopped early in one; those that failed; those that were stopped.
+    failure_kinds: {kind: how many evaluations failed so}, the most frequent first.
     first_look: the status of the first look, where one is taken first, as that of a campaign; None where none is, or it has not begun.
     iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
@@ -65,6 +67,7 @@ def status(folder: str | Path) -> dict[str, Any]:
         "experiments": [experiment.name for experiment in store.calibration.experiments],
         "evaluations": counts["evaluated"],
         "failures": counts["failed"],
+        "failure_kinds": _failure_kinds(store),
         "stopped": counts["stopped"],
         "first_look": status(folder / LOOK) if holds_campaign(folder / LOOK) else None,
         "iteration": _under_way(store),
@@ -82,6 +85,14 @@ def status(folder: str | Path) -> dict[str, Any]:
         "seconds": sum(seconds),
         "seconds_left": 0.0 if finished else _seconds_left(store, seconds),
     }
+
+
+def _failure_kinds(store: Store) -> dict[str, int]:
+    kinds: Counter[str] = Counter()
+    for kind, reason, count in store.failure_kinds():
+        # As stored by a version before, they may be anything.
+        kinds[Failure(kind, reason).kind] += count
+    return dict(kinds)
 
 
 def _under_way(store: Store) -> dict[str, int] | None:

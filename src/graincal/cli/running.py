@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rich.console import Console
@@ -66,8 +66,10 @@ def stopped_in_words(folder: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        if holds_campaign(folder):
-            say(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
+        # The terminal may be gone.
+        with suppress(OSError):
+            if holds_campaign(folder):
+                say(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
         raise
 
 
