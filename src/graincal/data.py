@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from graincal.notation.printable import as_text, printable
+
+
+LONGEST_MESSAGE = 10_000
+"""Characters of a message: a list of many columns is long."""
+
 
 class InputError(ValueError):
-    """What a user gave cannot be used. The message is one sentence that names the place and what was expected."""
+    """What a user gave cannot be used. The message is one sentence that names the place and what was expected; whatever it quotes is made printable in it."""
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__(printable(message, LONGEST_MESSAGE, lines=True))
 
 
 def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
@@ -55,9 +65,9 @@ class ParameterSpace:
         for name, limits in ranges.items():
             try:
                 low, high = (float(limit) for limit in limits)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 low = high = np.nan
-            if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            if not (np.isfinite(low) and np.isfinite(high) and low < high and np.isfinite(high - low)):
                 raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {limits!r}.")
         if unknown := set(units) - set(ranges):
             raise InputError(f"units: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
@@ -409,13 +419,48 @@ class Response:
         return replace(self, control=control, values=values, confining_pressure=float(confining_pressure))
 
 
+LONGEST_KIND, LONGEST_REASON, LONGEST_NAME = 50, 1_000, 500
+"""Characters of a failure's kind and reason, and of names that a model gives."""
+
+
 @dataclass(frozen=True)
 class Failure:
-    """An evaluation that gave no usable response: `kind` is a word ("diverged", "flagged", "error", ...; each model says its own), `reason` a sentence."""
+    """An evaluation that gave no usable response: `kind` is a word ("diverged", "flagged", "error", ...; each model says its own), `reason` a sentence.
+
+    Whatever it is made of, it can be shown, sent and stored: kind and reason are made printable and cut to 50 and 1,000 characters, a kind that is no text is "error", and of details those are kept that are numbers under a
+    name (NaN and infinities too).
+    """
 
     kind: str
     reason: str
     details: Mapping[str, float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        kind = "_".join(printable(self.kind, LONGEST_KIND).split()) if isinstance(self.kind, str) else ""
+        object.__setattr__(self, "kind", kind or "error")
+        object.__setattr__(self, "reason", printable(self.reason, LONGEST_REASON))
+        object.__setattr__(self, "details", _numbers_by_name(self.details))
+
     def __repr__(self) -> str:
         return f"Failure({self.kind}: {self.reason})"
+
+
+def _numbers_by_name(details: object) -> dict[str, float]:
+    """Those of somebody's details that are numbers, by their names."""
+    found = {}
+    # A mapping of a class of somebody's may do anything.
+    try:
+        for name, value in list(details.items()):
+            if isinstance(name, str) and isinstance(value, (Real, np.bool_)):
+                found[printable(as_text(name), LONGEST_NAME)] = _as_float(value)
+    except Exception:
+        pass
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _as_float(value: object) -> float | None:
+    try:
+        return float.__float__(float(value))
+    # A whole number beyond all floats, or a class of somebody's.
+    except Exception:
+        return None

@@ -6,7 +6,10 @@ import errno
 import os
 from pathlib import Path
 
+from graincal.data import InputError
+
 _FULL = (errno.ENOSPC, errno.EDQUOT)
+_FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)
 
 
 def unreadable(path: str | os.PathLike[str], error: OSError, expected: str) -> str:
@@ -16,6 +19,21 @@ def unreadable(path: str | os.PathLike[str], error: OSError, expected: str) -> s
     if isinstance(error, IsADirectoryError):
         return f"{path}: this is a folder, and {expected} was expected here."
     return f"{path}: this cannot be read ({error.strerror}), and {expected} was expected here."
+
+
+def check_name(path: str | os.PathLike[str], expected: str) -> None:
+    """Raise InputError for what no file can be called, where `expected` was looked for."""
+    if "\0" in os.fspath(path):
+        raise InputError(f"{path}: no file can have the character \\x00 in its name, and {expected} was expected here.")
+
+
+def is_unicode(path: str | os.PathLike[str]) -> bool:
+    """Whether a name is text: that of a file from an old system may be bytes of another encoding."""
+    try:
+        os.fspath(path).encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def unwritable(path: str | os.PathLike[str], error: OSError) -> str:
@@ -28,4 +46,6 @@ def unwritable(path: str | os.PathLike[str], error: OSError) -> str:
         return f"{error.filename or path}: this is a file, and a folder to write to was expected."
     if isinstance(error, (FileNotFoundError, NotADirectoryError)) and not Path(path).parent.is_dir():
         return f"{path}: this cannot be written, for there is no folder {Path(path).parent}, and one that exists was expected."
+    if error.errno in _FORBIDDEN:
+        return f"{path}: this cannot be written ({error.strerror}): name another place, as by -o, or copy the folder to where it may be written."
     return f"{path}: this cannot be written ({error.strerror}), and a place that may be written to was expected."

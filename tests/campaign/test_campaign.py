@@ -250,6 +250,8 @@ def test_two_processes_do_not_run_one_campaign(tmp_path):
         waiting.wait(30)
         with pytest.raises(gc.InputError, match="another process is running this campaign"):
             gc.resume(tmp_path, model())
+        with pytest.raises(gc.InputError, match="another process is running a campaign in this folder; `graincal status .*` says how far it is"):
+            calibrate(folder=tmp_path)
         go_on.set()
         first.result()
 

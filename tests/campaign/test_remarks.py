@@ -125,7 +125,7 @@ def states(result):
     beside = gc.Reference(frictional.STRAIN, {"stress_ratio": frictional.curves(32.0, 0.3)["stress_ratio"]}, recorded={"volumetric_strain": frictional.curves(32.0, 0.3)["volumetric_strain"]})
     recorded = replace(result.calibration, experiments=[replace(result.experiments[0], reference=beside)])
     yield altered(result, found=found, calibration=recorded), KNOWN[1]
-    yield altered(result, found=found, accepted=(Doubt("stress-ratio-high", "the stress ratio reaches 40.", "drained"),)), KNOWN[1]
+    yield altered(result, found=found, accepted=(Doubt("stress-ratio-high", "the stress ratio reaches 40.", "drained"),), code_changed="model.py"), KNOWN[1]
 
 
 def test_no_state_is_said_anything_of_that_contradicts_itself(result):

@@ -33,6 +33,15 @@ def test_two_clouds_are_found_with_their_shares_and_centres():
     assert groups[0].centre == pytest.approx(first, abs=SIGMA) and groups[1].centre == pytest.approx(second, abs=SIGMA)
 
 
+def test_of_very_many_samples_the_groups_are_the_same():
+    # 20,000 distances by 20,000 would be 3 GB.
+    first, second = apart(10)
+    groups = find_groups(SPACE, posterior([(first, 14_000), (second, 6_000)], seed=1, weigh=lambda rng, count: np.ones(count)))
+    # The mean of 6,000 samples is known to sigma / 77, and all of them are on the right side of the middle between two clouds 10 sigma apart.
+    assert [group.share for group in groups] == pytest.approx([0.7, 0.3], abs=1e-4)
+    assert groups[0].centre == pytest.approx(first, abs=SIGMA / 10) and groups[1].centre == pytest.approx(second, abs=SIGMA / 10)
+
+
 def test_one_cloud_is_no_groups():
     assert sum(bool(find_groups(SPACE, posterior([([5] * 5, 80)], seed))) for seed in range(20)) <= 1
 

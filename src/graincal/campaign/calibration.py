@@ -23,6 +23,7 @@ from graincal.inference.packings import Siblings
 from graincal.laboratory.vocabulary import did_you_mean_observable
 from graincal.models import Model, StressPathTest
 from graincal.models.contact_parameters import check_ranges, check_units
+from graincal.notation.printable import MOST, is_printable, printable
 from graincal.suggestion import did_you_mean
 
 POSTERIOR = "posterior"
@@ -149,6 +150,14 @@ class Calibration:
         for number, experiment in enumerate(self.experiments):
             self._check_model(experiment, self.space.of_experiment(number))
         return self
+
+    def check_names(self) -> None:
+        """Raise InputError for a name or a unit that cannot be shown as it is. One that was begun before may have some."""
+        given = {"experiment": [each.name for each in self.experiments], "parameter": self.space.names, "unit": [unit for unit in self.space.units if unit]}
+        given["quantity"] = [name for each in self.experiments for name in (each.reference.control_name, *each.reference.measured)]
+        for what, names in given.items():
+            if wrong := [name for name in names if not (isinstance(name, str) and is_printable(name, MOST))]:
+                raise InputError(f'the name of {"an" if what == "experiment" else "a"} {what} must be printable text of at most {MOST} characters, not "{printable(wrong[0], 60)}".')
 
     def new_filter(self, looks: Callable[[int], Found | None] | None = None) -> Filter:
         """The filter before its first sample. looks: what was found by looks at so many evaluations, by the method "posterior"."""

@@ -9,12 +9,12 @@ from graincal.campaign.log import Log
 from graincal.campaign.trouble import FolderError
 
 
-def claim(folder: Path, refuse_occupied: Callable[[], None]) -> Log:
+def claim(folder: Path, refuse_occupied: Callable[[bool], None]) -> Log:
     """Make a folder where there is none, and open its log, which locks it until it is closed.
 
-    refuse_occupied: raises InputError where the folder holds something already. Raises that too where another process holds it, FolderError where it cannot be written.
+    refuse_occupied(locked): raises InputError where the folder holds something already; it is asked before this process holds the folder, and after. Raises that too where another process holds it, FolderError where it cannot be written.
     """
-    refuse_occupied()
+    refuse_occupied(False)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -22,7 +22,7 @@ def claim(folder: Path, refuse_occupied: Callable[[], None]) -> Log:
     log = Log(folder)
     try:
         # Once more under the lock: another process may have begun here.
-        refuse_occupied()
+        refuse_occupied(True)
     except BaseException:
         log.close()
         raise

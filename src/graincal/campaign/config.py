@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment, no_reference
 from graincal.campaign.first_look import read_first_look
 from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
-from graincal.campaign.section import Section, mistake, sentences
-from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
+from graincal.campaign.section import Section, mistake, refused, sentences, show
+from graincal.campaign.toml import NotTOML, read_toml
+from graincal.data import LONGEST_NAME, InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
-from graincal.files import unreadable
+from graincal.execution.cores import MOST_WORKERS
+from graincal.files import check_name, unreadable
 from graincal.inference import DEFAULT_METHOD, METHODS, Stop
+from graincal.inference.posterior_filter import MOST_AHEAD
+from graincal.inference.samples import MOST_SAMPLES
 from graincal.models import TESTS, PythonModel, StressPathTest, TriaxialTest
 from graincal.models.compression import CompressionTest
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
+from graincal.models.python import LONGEST_TIMEOUT
 from graincal.models.rests import RESTS_EVERY
+from graincal.notation.printable import is_printable
 from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
+
+MOST_ROUNDS = 1_000_000
+"""Of limits on evaluations and iterations: what is longer is none."""
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -39,13 +47,35 @@ def _only_false(value: Any) -> Any:
     return value
 
 
+def _shown(text: str) -> str:
+    if text and not is_printable(text, LONGEST_NAME):
+        raise refused(f" must be printable text of at most {LONGEST_NAME} characters, not {show(text)}")
+    return text
+
+
+def _possible(name: str) -> str:
+    if "\0" in name:
+        raise refused(f" is {show(name)}, and no file can have the character \\u0000 in its name")
+    return name
+
+
+Shown = Annotated[str, AfterValidator(_shown)]
+"""Text that stands in messages, tables and figures."""
+FileName = Annotated[str, AfterValidator(_possible)]
 Off = Annotated[Literal[False], BeforeValidator(_only_false)]
 Texts = dict[str, str]
 
 
+def _with_printable_names(table: dict[str, Any]) -> dict[str, Any]:
+    """The table, whose keys are names that are shown. Raises the mistake where one cannot be."""
+    if (wrong := next((name for name in table if not is_printable(name, LONGEST_NAME)), None)) is not None:
+        raise mistake(f" must have names of printable text, of at most {LONGEST_NAME} characters, not {show(wrong)}")
+    return table
+
+
 class Parameter(Section):
     range: list[float] = Field(min_length=2, max_length=2, description="[low, high] with low < high")
-    unit: str = Field("", description='text such as "deg"')
+    unit: Shown = Field("", description='text such as "deg"')
     per_experiment: bool = Field(False, description="true or false")
 
     @field_validator("range")
@@ -80,7 +110,7 @@ class Observable(Section):
 class ReferenceFile(Section):
     called: ClassVar[str] = "[experiment.reference]"
 
-    file: str = Field(description="the name of a laboratory file")
+    file: FileName = Field(description="the name of a laboratory file")
     columns: dict[str, str | int | list[str | int]] = Field({}, description='a table of quantities and columns, by header, number or letter, such as { axial_strain = "Ea(%)", deviator_stress = 3 }')
     units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
     strain: str | Texts | None = Field(None, description='"logarithmic" or "engineering", or a table of quantities and these')
@@ -118,13 +148,14 @@ class StressPathModel(Section):
     settling_damping: float = Field(Economy.settling_damping, gt=0, lt=1, description="a number between 0 and 1")
     strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
     law: Literal["linear", "hertz-mindlin"] = Field(StressPathTest.law, description='"linear" or "hertz-mindlin"')
-    packing: str | list[str] | None = Field(None, description="the name of a packing file, or a list of them")
+    packing: FileName | list[FileName] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")
-    grading: str = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
+    grading: FileName = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
 
     PREPARATION: ClassVar[tuple[str, ...]] = ("particles", "void_ratio", "grading", "seed")
+    MOST: ClassVar[dict[str, float]] = {"particles": 1_000_000, "void_ratio": 100, "step_limit": 10**15, "confining_pressure": 1e15, "packing": 100}
 
     @model_validator(mode="after")
     def _one_packing(self) -> StressPathModel:
@@ -156,24 +187,28 @@ class StressPathModel(Section):
         from graincal.dem.preparation import prepare
 
         file = folder / self.grading
-        return prepare(self.particles, self.void_ratio, file if file.exists() else self.grading, self.seed)
+        return prepare(self.particles, self.void_ratio, file if os.path.exists(file) else self.grading, self.seed)
 
 
 class CompressionModel(StressPathModel):
+    MOST: ClassVar[dict[str, float]] = StressPathModel.MOST | {"turns": 1_000}
+
     turns: list[Positive] = Field([], description="a list of numbers above 0, in Pa, such as [320e3, 20e3]")
 
 
 class TableModel(StressPathModel):
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
-    table: str = Field(description="the name of a file with the stages of the path")
+    table: FileName = Field(description="the name of a file with the stages of the path")
 
     def _options(self, folder: Path) -> dict[str, Any]:
         return super()._options(folder) | {"table": StressPathTable.read(_from_root(folder / self.table))}
 
 
 class FunctionModel(Section):
+    MOST: ClassVar[dict[str, float]] = {"control": 100_000, "timeout": LONGEST_TIMEOUT}
+
     kind: Literal["python"] = Field(description='"python"')
-    function: str = Field(description='the name of a function as "module:name"')
+    function: Shown = Field(description='the name of a function as "module:name"')
     control: list[float] | None = Field(None, description="a list of the control values that the function returns values at")
     timeout: Positive | None = Field(None, description="a number of seconds above 0")
 
@@ -186,9 +221,11 @@ MODELS: dict[str, type[Section]] = {kind: CompressionModel if issubclass(test, C
 
 
 class ExperimentEntry(Section):
-    name: str = Field(min_length=1, description="text")
+    MOST: ClassVar[dict[str, float]] = {"observables": 1_000}
+
+    name: Shown = Field(min_length=1, description="text")
     reference: ReferenceFile | None = Field(None, description="the name of a laboratory file, or a table [experiment.reference]")
-    control: str = Field("axial_strain", description="the name of the control variable")
+    control: Shown = Field("axial_strain", description="the name of the control variable")
     observables: dict[str, Observable] = Field(min_length=1, description="a table such as { stress_ratio = { variance_share = 0.5 } }")
     model: StressPathModel | FunctionModel = Field(description=f"a table whose kind is one of {', '.join(MODELS)}")
 
@@ -206,6 +243,11 @@ class ExperimentEntry(Section):
     @classmethod
     def _name_alone(cls, value: Any) -> Any:
         return {"file": value} if isinstance(value, str) else value
+
+    @field_validator("observables")
+    @classmethod
+    def _printable_names(cls, observables: dict[str, Observable]) -> dict[str, Observable]:
+        return _with_printable_names(observables)
 
     @field_validator("observables")
     @classmethod
@@ -257,6 +299,7 @@ class ExperimentEntry(Section):
 
 class FilterSection(Section):
     called: ClassVar[str] = "[filter]"
+    MOST: ClassVar[dict[str, float]] = {"first_batch": MOST_SAMPLES, "batch": MOST_SAMPLES, "ahead": MOST_AHEAD, "correlation_length": 1e6, "runs": 1_000}
 
     method: str = Field(DEFAULT_METHOD, description=" or ".join(f'"{method}"' for method in METHODS))
     alpha: Positive = Field(10, description="a number above 0")
@@ -271,12 +314,13 @@ class FilterSection(Section):
     correlation_length: Positive | None = Field(None, description="a number above 0, in lengths of the whole curve")
     discrepancy: bool | None = Field(None, description="true or false")
     packing_scatter: bool = Field(True, description="true or false")
-    first_look: str | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
-    runs: list[str] | None = Field(None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]')
+    first_look: FileName | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
+    runs: list[FileName] | None = Field(None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]')
 
 
 class LookSection(Section):
     called: ClassVar[str] = "[first_look]"
+    MOST: ClassVar[dict[str, float]] = {"max_evaluations": MOST_ROUNDS}
 
     model: dict[str, Any] = Field(min_length=1, description="a table of keys that make every experiment's model cheaper, such as { particles = 250 }")
     max_evaluations: int | None = Field(None, ge=10, description="a whole number, at least 10")
@@ -316,6 +360,7 @@ class LookSection(Section):
 
 class StopSection(Section):
     called: ClassVar[str] = "[stop]"
+    MOST: ClassVar[dict[str, float]] = {"max_iterations": MOST_ROUNDS, "max_evaluations": MOST_ROUNDS}
 
     s: NotNegative | Off = Field(0.01, description="a number, not negative, or false")
     gl_error_increment: NotNegative | Off = Field(0.2, description="percentage points, not negative, or false")
@@ -329,6 +374,7 @@ class StopSection(Section):
 
 class RunSection(Section):
     called: ClassVar[str] = "[run]"
+    MOST: ClassVar[dict[str, float]] = {"workers": MOST_WORKERS, "expected_seconds": LONGEST_TIMEOUT}
 
     workers: Count | Literal["all"] = Field("all", description='a whole number above 0, or "all"')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
@@ -336,12 +382,19 @@ class RunSection(Section):
 
 
 class CalibrationFile(Section):
+    MOST: ClassVar[dict[str, float]] = {"parameters": 200, "experiment": 1_000}
+
     parameters: dict[str, Parameter] = Field(min_length=1, description="a table such as phi = { range = [0, 60] }")
     experiment: list[ExperimentEntry] = Field(min_length=1, description="at least one table [[experiment]]")
     filter: FilterSection = Field(FilterSection(), description="a table [filter]")
     first_look: LookSection | None = Field(None, description="a table [first_look] with model = { particles = 250 }")
     stop: StopSection = Field(StopSection(), description="a table [stop]")
     run: RunSection = Field(RunSection(), description="a table [run]")
+
+    @field_validator("parameters")
+    @classmethod
+    def _printable_names(cls, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
+        return _with_printable_names(parameters)
 
 
 def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
@@ -393,13 +446,14 @@ def _read(path: Path) -> tuple[CalibrationFile, str]:
 def parse(path: Path) -> tuple[dict[str, Any], str]:
     """The content of a file as TOML has it, and its text."""
     try:
+        check_name(path, "a calibration file")
         source = path.read_text(encoding="utf-8-sig")
-        return tomllib.loads(source), source
+        return read_toml(source), source
     except OSError as error:
         raise InputError(unreadable(path, error, "a calibration file")) from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
-    except tomllib.TOMLDecodeError as error:
+    except NotTOML as error:
         raise InputError(f"{path}: this is not TOML, {error}.") from None
 
 

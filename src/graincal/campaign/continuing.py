@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from graincal.campaign.calibration import POSTERIOR, Calibration
+from graincal.campaign.config import RunSection
 from graincal.campaign.replay import runs_at_answer, tell
+from graincal.campaign.section import sentences
 from graincal.campaign.store import SPENT, Store, same
+from graincal.campaign.toml import read_toml
 from graincal.data import InputError
 from graincal.inference import Stop
 from graincal.suggestion import did_you_mean
@@ -83,15 +87,31 @@ def changed_keys(path: Path, store: Store) -> str | None:
         text = path.read_text(encoding="utf-8-sig")
         if text == source:
             return None
-        before, now = _flat(tomllib.loads(source)), _flat(tomllib.loads(text))
+        before, now = _flat(read_toml(source)), _flat(read_toml(text))
     except FileNotFoundError:
         return None
     except (OSError, ValueError):
         return "a way that cannot be read"
-    # The criteria may have been changed since, by an earlier resume.
-    before |= {f"stop.{name}": value for name, value in asdict(store.calibration.stop).items()}
-    now = {f"stop.{name}": value for name, value in asdict(Stop()).items()} | now
-    return ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key))) or None
+    defaults = {f"stop.{name}": value for name, value in asdict(Stop()).items()}
+    before, now = defaults | before, defaults | now
+    # The criteria may have been changed since, by an earlier resume: the copy may say these, or still those of before.
+    in_effect = {f"stop.{name}": value for name, value in asdict(store.calibration.stop).items()}
+    return _differing(before, {key: before.get(key) if key in in_effect and value == in_effect[key] else value for key, value in now.items()}) or None
+
+
+def edited_run(path: Path, store: Store) -> dict[str, Any]:
+    """What [run] of a campaign's copy of the calibration file says of where it runs, and did not say when it was begun; {} where there is no copy that can be read. Raises InputError for what it cannot say."""
+    try:
+        before, now = (read_toml(text).get("run", {}) for text in (store.meta("source") or "", path.read_text(encoding="utf-8-sig")))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(now, dict) or now == before:
+        return {}
+    try:
+        run = RunSection.model_validate(now)
+    except ValidationError as error:
+        raise InputError("\n".join(f"{path}: run.{sentence}" for sentence in sentences(error, now))) from None
+    return {key: value for key, value in run.given("seed").items() if value != before.get(key)}
 
 
 def changed_since(store: Store) -> tuple[Path, str] | None:
@@ -100,11 +120,16 @@ def changed_since(store: Store) -> tuple[Path, str] | None:
     if not file or not source:
         return None
     try:
-        before, now = _flat(tomllib.loads(source)), _flat(tomllib.loads(Path(file).read_text(encoding="utf-8-sig")))
+        before, now = _flat(read_toml(source)), _flat(read_toml(Path(file).read_text(encoding="utf-8-sig")))
     except (OSError, ValueError):
         return None
-    keys = ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key)))
+    keys = _differing(before, now)
     return (Path(file), keys) if keys else None
+
+
+def _differing(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """The keys that say something else now, but for those of where it runs, which is no part of what was asked."""
+    return ", ".join(sorted(key for key in {*before, *now} if before.get(key) != now.get(key) and (key == "run.seed" or not key.startswith("run."))))
 
 
 def _flat(value: Any, key: str = "") -> dict[str, Any]:

@@ -48,6 +48,7 @@ CODES: dict[str, dict[str, str]] = {
         "key-without-effect": "a key changes nothing",
         "limit-never-reached": "a limit is never reached, for another one ends the calibration before",
         "limit-not-used": "a limit on evaluations is not used to the last, for rounds are not cut short",
+        "more-workers-than-runs": "there are more workers than runs that may be under way at once",
         "more-workers-than-cores": "there are more workers than cores",
         "reading": "what was done with the file as it was read",
         "simulated-elsewhere": "a simulated reference is taken for one on another packing",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from graincal.campaign.calibration import POSTERIOR, Calibration
@@ -14,6 +16,7 @@ from graincal.campaign.tested import OTHER, Tested
 from graincal.campaign.void_ratio_doubts import void_ratio_doubts
 from graincal.data import Reference
 from graincal.execution import available_cores
+from graincal.inference.posterior_filter import GROWTH
 from graincal.inference.thinning import Thinning
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
@@ -43,10 +46,25 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         unlikely = unusual_parameters({f"parameters.{name}": (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)})
         said += [Doubt("unusual-parameter", sentence) for sentence in unlikely]
     said += limit_doubts(calibration, calibration.blank_filter())
+    said += _idle_workers(calibration)
     if calibration.number_of_workers > (cores := available_cores()):
         text = f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it."
         said.append(Doubt("more-workers-than-cores", text))
     return said
+
+
+def _idle_workers(calibration: Calibration) -> list[Doubt]:
+    """Workers that have nothing to do, once the first batch has filled the ranges, or in any iteration of the paper's method."""
+    filter, workers = calibration.blank_filter(), calibration.number_of_workers
+    if calibration.method == POSTERIOR:
+        batch = filter.batch or max(2 * calibration.space.size, math.ceil(GROWTH * filter.first_batch))
+        at_once, of = batch * (1 + filter.ahead), "runs that are under way at once after the first batch"
+        mend = "a larger batch, or ahead, under [filter] gives them some"
+    else:
+        at_once, of, mend = filter.samples_per_iteration, "samples of an iteration", "a larger alpha under [filter] gives them some"
+    if workers <= at_once:
+        return []
+    return [Doubt("more-workers-than-runs", f"{workers} workers are more than the {at_once} {of}: {workers - at_once} of them would have no work; {mend}.")]
 
 
 def doubts_of_experiment(experiment: Experiment) -> list[Doubt]:

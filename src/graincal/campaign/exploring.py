@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import Campaign
 from graincal.campaign.claiming import claim
+from graincal.campaign.code import look_at_code, refuse_strangers_code
 from graincal.campaign.experiment import Experiment, no_reference
 from graincal.campaign.listener import Listener
 from graincal.campaign.log import NAME as LOG
@@ -63,6 +64,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
     """Make a library of runs for calibrations like this one: that fill its ranges, or at points of somebody's own (N, n)."""
     folder = Path(folder)
     calibration = for_library(calibration).check()
+    calibration.check_names()
     if points is not None and runs is not None:
         raise InputError("explore: runs and points are both given, and one of them was expected.")
     if points is not None:
@@ -77,7 +79,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
             if not store.keeps(calibration) or store.meta(LIBRARY) != str(count) or not _same_points(points_of(store), points):
                 raise InputError(f"{folder}: this folder holds another library, and a new one needs a folder of its own.")
         return go_on_filling(folder, [each.model for each in calibration.experiments], calibration.workers, listeners)
-    with closing(claim(folder, lambda: _refuse_anything(folder))) as log:
+    with closing(claim(folder, lambda _: _refuse_anything(folder))) as log:
         return _fill(calibration, Store.create(calibration, folder, library=count, points=points), (*listeners, log))
 
 
@@ -92,10 +94,14 @@ def _refuse_anything(folder: Path) -> None:
         raise InputError(f"{folder}: this is there already, and a library needs a folder of its own.")
 
 
-def go_on_filling(folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = ()) -> Path:
-    """Make the runs of a library that are not there yet."""
+def go_on_filling(
+    folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = (), *, trust: bool = False
+) -> Path:
+    """Make the runs of a library that are not there yet. trust: as in `resume`."""
     with closing(Log(folder)) as log:
         store = Store.open(folder)
+        if not trust and models is None:
+            refuse_strangers_code(store)
         calibration = store.calibration
         if models is not None:
             calibration = replace(calibration, experiments=[replace(each, model=model) for each, model in zip(calibration.experiments, models)])
@@ -116,6 +122,9 @@ def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener])
     count, space = int(store.meta(LIBRARY)), calibration.space
     for listener in listeners:
         listener.begins(calibration)
+    if changed := look_at_code(store, calibration):
+        for listener in listeners:
+            listener.remark(changed)
     points = points_of(store)
     theta = DefensiveMixture(space).draw(count, np.random.default_rng([calibration.seed, 0])) if points is None else points
     samples = Samples(np.arange(count, dtype=np.int64), theta, space.names)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
@@ -18,6 +17,7 @@ from graincal.campaign.learnt import Learnt
 from graincal.campaign.result import Result
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response
+from graincal.notation.printable import printable_json
 
 
 def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[Path]:
@@ -97,7 +97,7 @@ def export_json(result: Result, folder: Path, *, replace: bool = False) -> list[
             )
         ],
     }
-    return _write(folder, {"campaign.json": json.dumps(_plain(document), ensure_ascii=False)}, replace)
+    return _write(folder, {"campaign.json": printable_json(_plain(document))}, replace)
 
 
 def _reasons(result: Result) -> list[str]:
@@ -155,7 +155,7 @@ def _write(folder: Path, texts: Mapping[str, str], replace: bool) -> list[Path]:
     for path, text in zip(paths, texts.values()):
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            path.write_text(text, encoding="utf-8", errors="backslashreplace")
         except OSError as error:
             raise FolderError.of(path, error) from error
     return paths

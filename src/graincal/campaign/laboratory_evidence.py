@@ -6,17 +6,17 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from pydantic import ValidationError
+
+from graincal.campaign.config import ExperimentEntry, ReferenceFile
 from graincal.campaign.doubt import Doubt
 from graincal.data import InputError
 from graincal.laboratory import Decision, Known, Understanding, understand
 from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, TriaxialTest
-
-if TYPE_CHECKING:
-    from graincal.campaign.config import ExperimentEntry, ReferenceFile
 
 _CODES = {"proof": "contradicts-file", "words": "contradicts-words"}
 PRESSURES_APART = 0.03
@@ -73,7 +73,11 @@ def _of_content(entry: Mapping[str, Any], folder: Path) -> Understanding | None:
     reference = {"file": reference} if isinstance(reference, str) else reference
     if not isinstance(reference, dict) or not isinstance(reference.get("file"), str):
         return None
-    known = _known(reference)
+    try:
+        known = _known(ReferenceFile.model_validate(_answered(reference)).model_dump())
+    except ValidationError:
+        # Whatever else it holds: what is wrong with it is said where the file is read.
+        return None
     model = entry.get("model") if isinstance(entry.get("model"), dict) else {}
     pressure, kind = model.get("confining_pressure"), model.get("kind")
     if isinstance(pressure, (int, float)) and not isinstance(pressure, bool):
@@ -81,6 +85,12 @@ def _of_content(entry: Mapping[str, Any], folder: Path) -> Understanding | None:
     if isinstance(kind, str) and kind != UNANSWERED:
         known = replace(known, kind=kind)
     return _understood(folder / reference["file"], known)
+
+
+def _answered(reference: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of a table that are no questions."""
+    plain = {key: {name: each for name, each in value.items() if each != UNANSWERED} if isinstance(value, dict) else value for key, value in reference.items()}
+    return {key: value for key, value in plain.items() if value != UNANSWERED}
 
 
 def _known(reference: Mapping[str, Any]) -> Known:

@@ -16,8 +16,12 @@ from graincal.campaign.lock import locked
 from graincal.campaign.trouble import FolderError
 from graincal.data import Failure, InputError, Response
 from graincal.inference import Iteration
+from graincal.notation.printable import printable
 
 NAME = "log.txt"
+
+LONGEST_LINE = 4_000
+"""Characters of a line."""
 
 
 class Log(Listener):
@@ -40,7 +44,7 @@ class Log(Listener):
     def write(self, text: str) -> None:
         """Add a line with the time."""
         try:
-            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {text}\n")
+            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {printable(text, LONGEST_LINE)}\n")
             self._file.flush()
         except OSError as error:
             raise FolderError.of(self.path, error) from error

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import copy
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from graincal.campaign.section import place
+from graincal.campaign.toml import NotTOML, read_toml
 from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.laboratory.units import UNITS
@@ -138,8 +138,8 @@ def _lines(source: str) -> dict[tuple[str | int, ...], int]:
         return f"{mark}?{len(lines) - 1}{mark}"
 
     try:
-        content = tomllib.loads(_WRITTEN.sub(numbered, source))
-    except tomllib.TOMLDecodeError:  # a key that is "?" twice, or the like: the questions are known without their lines
+        content = read_toml(_WRITTEN.sub(numbered, source))
+    except NotTOML:  # a key that is "?" twice, or the like: the questions are known without their lines
         return {}
     return {path: lines[number] for path, number in _numbers(content) if number < len(lines)}
 

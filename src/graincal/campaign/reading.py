@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import tomllib
-
 from pydantic import ValidationError
 
 from graincal.campaign.calibration import Calibration
 from graincal.campaign.config import ReferenceFile
+from graincal.campaign.toml import NotTOML, read_toml
 from graincal.laboratory.another_file import Before
 
 
 def read_before(calibration: Calibration, experiment: str) -> Before | None:
     """What [experiment.reference] of the experiment of that name says; None where it says nothing but the file, and for a campaign from Python."""
     try:
-        entries = tomllib.loads(calibration.source).get("experiment", [])
-    except tomllib.TOMLDecodeError:
+        entries = read_toml(calibration.source).get("experiment", [])
+    except NotTOML:
         return None
     table = next((entry.get("reference") for entry in entries if entry.get("name") == experiment), None)
     if not isinstance(table, dict):

@@ -62,6 +62,7 @@ CODES: dict[str, dict[str, str]] = {
         "too-few-responses": "too few samples have a response for a posterior",
     },
     "condition": {
+        "code-changed": "the code of a model was changed between two sittings",
         "accepted-problems": "it was begun in spite of problems that were found before, which were accepted",
         "one-packing": "what is found is of this packing",
         "two-packings": "what is found is of these two packings",

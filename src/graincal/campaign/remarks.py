@@ -9,7 +9,7 @@ import numpy as np
 
 from graincal.campaign.recorded import in_words, recorded_of_answer
 from graincal.campaign.remark import Remark, remark
-from graincal.campaign.trust import accepted_problems, causes, cautions, conditions, doubts, has_settled
+from graincal.campaign.trust import accepted_problems, causes, cautions, changed_code, conditions, doubts, has_settled
 from graincal.inference.likely_runs import LikelyRuns
 from graincal.inference.posterior import PROBABILITY
 from graincal.notation import numbers
@@ -46,11 +46,11 @@ class ByEmulators:
 
 
 def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, ...]:
-    """Everything that is to be said of a result, in the order of a report; by other methods that problems were accepted, and nothing else.
+    """Everything that is to be said of a result, in the order of a report; by other methods that problems were accepted or code was changed, and nothing else.
 
     Without what is known by emulators, all that can be told at once by what is stored; what is said then is said in the same words with it.
     """
-    accepted = accepted_problems(result.accepted)
+    accepted = (*changed_code(result.code_changed), *accepted_problems(result.accepted))
     if not result.has_posterior:
         return accepted
     if result.found is None:

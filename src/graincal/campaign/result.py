@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.code import CHANGED
 from graincal.campaign.database import said_of_damage
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.experiment import Experiment
@@ -321,9 +322,15 @@ class Result:
         given = [outcome for outcome in outcomes if isinstance(outcome, Response)]
         return replace(given[0], values={name: np.mean([each.values[name] for each in given], axis=0) for name in given[0].values}, details={}) if given else None
 
+    @cached_property
+    def code_changed(self) -> str | None:
+        """The files of its functions' code that were changed between two sittings; None where none was, as far as that is known."""
+        return self._store.meta(CHANGED)
+
     def failure_kinds(self) -> list[tuple[str, str, int]]:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
-        return self._store.failure_kinds()
+        # As stored by a version before, they may be anything.
+        return [(failure.kind, failure.reason, count) for kind, reason, count in self._store.failure_kinds() for failure in [Failure(kind, reason)]]
 
     def report(self, path: str | Path) -> Path:
         """Write the report, one HTML file, and return its path."""

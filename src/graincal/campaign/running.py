@@ -11,16 +11,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.campaign import CURVES, Campaign
 from graincal.campaign.claiming import claim
-from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, refuse_another_past, with_criteria
+from graincal.campaign.code import look_at_code, refuse_strangers_code
+from graincal.campaign.continuing import changed_criteria, changed_keys, changed_since, edited_run, refuse_another_past, with_criteria
 from graincal.campaign.doubt import Doubt
 from graincal.campaign.doubts import doubts, thinning_notes
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.first_look import first_look_of
 from graincal.campaign.listener import Listener
-from graincal.campaign.log import Log
+from graincal.campaign.log import Log, is_running
 from graincal.campaign.provenance import differences, provenance
 from graincal.campaign.result import Result
 from graincal.campaign.runs import known_runs
@@ -88,12 +89,12 @@ def calibrate(
 
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = (), accepted: Sequence[Doubt] = ()) -> Result:
     """Run a new campaign, in memory or in a folder that holds none. accepted: problems in spite of which it is run, which are kept and reported."""
-    calibration.check()
+    calibration.check().check_names()
     if folder is None:
         store = Store.create(calibration, accepted=accepted)
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     folder = Path(folder)
-    with closing(claim(folder, lambda: _refuse_campaign(folder, calibration))) as log:
+    with closing(claim(folder, lambda locked: _refuse_campaign(folder, calibration, locked=locked))) as log:
         return _run(calibration, Store.create(calibration, folder, accepted=accepted), log, listeners)
 
 
@@ -121,23 +122,30 @@ def resume(
     *,
     workers: int | Literal["all"] | None = None,
     listeners: Sequence[Listener] = (),
+    trust: bool = False,
     **criteria: Any,
 ) -> Result:
     """Go on with the campaign of a folder, to the result that it would have had if nothing had stopped it.
 
     model: needed where a function was handed over in Python; the models in the order of the experiments if there are several.
-    workers: those of the beginning by default. criteria: fields of `Stop` that replace those of the beginning, such as max_evaluations=200, or s=False by the paper's method.
+    workers: by default those of [run] in the folder's campaign.toml, where that was edited, or those of the beginning. criteria: fields of `Stop` that replace those of the beginning, such as max_evaluations=200, or s=False by the paper's method.
     A campaign that is at its end then goes on, bit for bit to what it would have given by these criteria from the start; they are kept.
-    Raises InputError where the folder holds no campaign, or one that another process is running; and for criteria by which it would have ended
+    trust: go on with a campaign of another user, whose named functions are this user's to run then.
+    Raises InputError where the folder holds no campaign, or one of another user that runs named functions, or one that another process is running; and for criteria by which it would have ended
     before it did, or would not go on.
     """
     folder = Path(folder)
     store = Store.open(folder)
+    if not trust and model is None:
+        refuse_strangers_code(store)
     if store.is_library:
         raise InputError(f"{folder}: this is a library of runs for no reference; explore, with the same arguments, goes on with it.")
     calibration = with_criteria(store.calibration, criteria)
     if model is not None:
         calibration = replace(calibration, experiments=_with_models(calibration.experiments, model))
+    run = edited_run(folder / CALIBRATION_FILE, store)
+    if workers is None:
+        workers = run.get("workers")
     if workers is not None:
         calibration = replace(calibration, workers=workers)
     changes = changed_criteria(store.calibration.stop, calibration.stop)
@@ -151,10 +159,14 @@ def resume(
         return Result(store, calibration)
     calibration.check()
     with closing(Log(folder)) as log:
+        if calibration.workers != store.calibration.workers:
+            log.write(f"Goes on with workers = {json.dumps(calibration.workers)}, where it was begun with {json.dumps(store.calibration.workers)}.")
+        if "expected_seconds" in run:
+            log.write("run.expected_seconds was changed: it says how a campaign begins, and changes nothing of one that was begun.")
         if changes:
             kept = refuse_another_past(store, calibration)
             said = ", ".join(f"{name} = {json.dumps(value)}" for name, value in changes.items())
-            if not edited:
+            if not edited and not run:
                 # First: a copy that is missing is written again, and one that is older than the store would be taken for edited.
                 _discard_source(folder / CALIBRATION_FILE)
             store.go_on(calibration.stop, f"Continued with {said}, instead of what stands below.", kept)
@@ -175,6 +187,9 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
     if changed := differences(store.provenance, now):
         for listener in listeners:
             listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")
+    if changed := look_at_code(store, calibration):
+        for listener in listeners:
+            listener.remark(changed)
     try:
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     except BaseException as error:
@@ -194,7 +209,7 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
         listener.remark("Takes a first look by cheaper models.")
     folder, began = store.folder / LOOK if store.folder else None, time.monotonic()
     if folder and holds_campaign(folder):
-        result = resume(folder, workers=calibration.workers, listeners=others)
+        result = resume(folder, workers=calibration.workers, listeners=others, trust=True)
     else:
         result = begin(look, folder, others)
     found = first_look_of(result, calibration, str(folder or "first_look"))
@@ -205,20 +220,30 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
     return replace(calibration, first_look=found)
 
 
-def _refuse_campaign(folder: Path, calibration: Calibration) -> None:
-    """Raise InputError where a folder holds a campaign, a library, or files that belong to one."""
+def _refuse_campaign(folder: Path, calibration: Calibration, *, locked: bool = False) -> None:
+    """Raise InputError where a folder holds a campaign, a library, or files that belong to one. locked: whether this process holds the folder already."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: this is a file, and a folder was expected.")
     if holds_campaign(folder):
         with closing(Store.open(folder)) as store:
             if store.is_library:
                 raise InputError(f"{folder}: this folder holds a library of runs, and a campaign needs a folder of its own; the calibration learns from it by runs under [filter] or by --runs.")
-            if store.keeps(calibration):
+            if not locked and is_running(folder):
+                raise InputError(f"{folder}: another process is running a campaign in this folder; `graincal status {shlex.quote(str(folder))}` says how far it is.")
+            if store.keeps(_decided_as(calibration, store)):
                 raise InputError(f"{folder}: this calibration was begun here before, go on with it by: graincal resume {shlex.quote(str(folder))}")
         raise InputError(f"{folder}: this folder holds another campaign, and a new one needs a folder of its own.")
     for name in (CALIBRATION_FILE, REPORT, CURVES):
         if (folder / name).exists():
             raise InputError(f"{folder}: {name} is there already and belongs to no campaign, and a new one needs a folder of its own.")
+
+
+def _decided_as(calibration: Calibration, store: Store) -> Calibration:
+    """The calibration with as many runs that fill the ranges as were decided when the store's was begun, where the file does not say how many: what a run takes is no part of what is asked."""
+    decided = store.description["filter"].get("first_batch")
+    if decided is None or "first_batch" in calibration.filter_options or calibration.method != POSTERIOR:
+        return calibration
+    return replace(calibration, filter_options={**calibration.filter_options, "first_batch": decided})
 
 
 def _keep_source(path: Path, source: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, get_args, get_origin
@@ -10,6 +9,8 @@ from typing import Any, ClassVar, Literal, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
+from graincal.data import LONGEST_NAME
+from graincal.notation.printable import printable, printable_json
 from graincal.suggestion import did_you_mean
 
 
@@ -18,6 +19,9 @@ class Section(BaseModel):
 
     called: ClassVar[str] = ""
     """The table's name in the file, where it has one of its own: keys that stand in another table are pointed to it."""
+
+    MOST: ClassVar[dict[str, float]] = {}
+    """Of some keys the largest number, or the most elements of a list, that anybody can mean."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
@@ -29,12 +33,12 @@ class Section(BaseModel):
     @classmethod
     def _check_keys(cls, table: Any) -> Any:
         if not isinstance(table, dict):
-            raise mistake(f" must be a table with {', '.join(cls.model_fields)}, not {_show(table)}")
+            raise mistake(f" must be a table with {', '.join(cls.model_fields)}, not {show(table)}")
         for key in table:
             if key not in cls.model_fields:
                 if elsewhere := [table.called for table in Section.__subclasses__() if table.called and key in table.model_fields]:
-                    raise mistake(f".{key} is not a key that is known here, it belongs under {' or '.join(elsewhere)}")
-                raise mistake(f".{key} is not a key that is known here{did_you_mean(key, cls.model_fields)}, and one of {', '.join(cls.model_fields)} was expected")
+                    raise mistake(f".{printable(key, LONGEST_NAME)} is not a key that is known here, it belongs under {' or '.join(elsewhere)}")
+                raise mistake(f".{printable(key, LONGEST_NAME)} is not a key that is known here{did_you_mean(key, cls.model_fields)}, and one of {', '.join(cls.model_fields)} was expected")
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in table:
                 raise mistake(f".{key} is missing, and {field.description} was expected")
@@ -45,22 +49,42 @@ class Section(BaseModel):
     def _check_value(cls, value: Any, validate, info) -> Any:
         field = cls.model_fields[info.field_name]
         try:
-            return validate(value)
+            found = validate(value)
         except ValidationError as error:
+            if said := next((line["msg"] for line in error.errors() if line["type"] == "refused"), None):
+                raise mistake(said) from None
             if _holds_sections(field.annotation) and any(line["loc"] or line["type"] == "mistake" for line in error.errors()):
                 raise
             raise cls.unexpected(info.field_name, value) from None
+        cls._check_size(info.field_name, found)
+        return found
+
+    @classmethod
+    def _check_size(cls, key: str, value: Any) -> None:
+        """Raise the mistake of a size that would fill the memory, or never come to an end."""
+        most = cls.MOST.get(key)
+        if most is None:
+            return
+        if isinstance(value, (list, dict)) and len(value) > most:
+            raise mistake(f" has {len(value)} elements, and at most {most:,} were expected")
+        if isinstance(value, (int, float)) and value > most:
+            raise mistake(f" is {show(value)}, and at most {f'{most:,}' if isinstance(most, int) else f'{most:g}'} was expected")
 
     @classmethod
     def unexpected(cls, key: str, value: Any) -> PydanticCustomError:
         """The mistake of a value that is not what its key expects."""
         field = cls.model_fields[key]
-        return mistake(f" must be {field.description}, not {_show(value)}{did_you_mean(value, _words(field.annotation))}")
+        return mistake(f" must be {field.description}, not {show(value)}{did_you_mean(value, _words(field.annotation))}")
 
 
 def mistake(words: str) -> PydanticCustomError:
     """What is wrong with a table or a value: the sentence that begins with its key."""
     return PydanticCustomError("mistake", "{words}", {"words": words})
+
+
+def refused(words: str) -> PydanticCustomError:
+    """As `mistake`, of a value that is of the kind that its key expects: said in these words instead of what is expected."""
+    return PydanticCustomError("refused", "{words}", {"words": words})
 
 
 def sentences(error: ValidationError, content: Mapping[str, Any]) -> list[str]:
@@ -81,12 +105,12 @@ def _name(location: tuple[int | str, ...], content: Any) -> str:
     """The keys on the way to a value, each with what parts it from the one before; an element of a list goes by its name, if it has one."""
     name = ""
     for part in location:
-        content = None if content is None else content[part]
+        content = content[part] if isinstance(content, (dict, list)) else None
         called = content.get("name") if isinstance(content, dict) else None
         if isinstance(part, str):
-            name += f".{part}"
+            name += f".{printable(part, LONGEST_NAME)}"
         else:
-            name += f' "{called}": ' if isinstance(called, str) else f" {part + 1}: "
+            name += f' "{printable(called, LONGEST_NAME)}": ' if isinstance(called, str) else f" {part + 1}: "
     return name
 
 
@@ -103,10 +127,11 @@ def _words(annotation: Any) -> list[str]:
     return [word for argument in get_args(annotation) for word in _words(argument)]
 
 
-def _show(value: Any) -> str:
+def show(value: Any) -> str:
     """A value as TOML writes it, shortened."""
     try:
-        text = json.dumps(value, ensure_ascii=False)
+        text = printable_json(value)
     except TypeError:
         text = str(value)
+    text = printable(text, None)
     return text if len(text) <= 60 else f"{text[:57]}..."

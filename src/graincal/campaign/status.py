@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from graincal.campaign.code import CHANGED
 from graincal.campaign.database import said_of_damage
 from graincal.campaign.log import is_running
 from graincal.campaign.recorded import recorded_of_answer
@@ -15,8 +17,8 @@ from graincal.campaign.remarks import remarks
 from graincal.campaign.replay import runs_at_answer
 from graincal.campaign.result import Answer, Candidate, Result
 from graincal.campaign.store import LOOK, Store, holds_campaign
-from graincal.campaign.trust import accepted_problems
-from graincal.data import ParameterSpace
+from graincal.campaign.trust import accepted_problems, changed_code
+from graincal.data import Failure, ParameterSpace
 from graincal.inference import Iteration
 
 
@@ -27,6 +29,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     graincal: the version that began it; started, updated: ISO 8601, when it began and when the last evaluation ended.
     method, seed, parameters (names), experiments (names).
     evaluations, failures, stopped: samples evaluated in every experiment, or failed or stopped early in one; those that failed; those that were stopped.
+    failure_kinds: {kind: how many evaluations failed so}, the most frequent first.
     first_look: the status of the first look, where one is taken first, as that of a campaign; None where none is, or it has not begun.
     iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
@@ -41,7 +44,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     recorded: [{experiment, observable, of, errors, mean, spread}], only where something was recorded that is not fitted: its errors (Eq. 5) by the runs at the "answer", or by the "most probable sample" of
     the paper's method, or by the "best sample" before there is either.
     remarks: [{code, level, text, numbers}] of the method "posterior": what is to be said of it, in the order of the report; before a batch is complete, and by other
-    methods, "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
+    methods, "code-changed" and "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
     its meaning, and `graincal.campaign.remark.CODES` has all of them; level is "finding", "doubt" or "condition"; text is one or two sentences in plain characters; numbers is
     what they rest on. What takes emulators to tell is not among them (`BY_EMULATORS`): `Result.remarks` has it too.
     stopped_by, stopped_because: the criterion and a sentence.
@@ -69,6 +72,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "experiments": [experiment.name for experiment in store.calibration.experiments],
         "evaluations": counts["evaluated"],
         "failures": counts["failed"],
+        "failure_kinds": _failure_kinds(store),
         "stopped": counts["stopped"],
         "first_look": status(folder / LOOK) if holds_campaign(folder / LOOK) else None,
         "iteration": _under_way(store),
@@ -80,12 +84,20 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "posterior": _posterior(result) if result else None,
         "fits_about_as_well": _fits(result) if result else None,
         **({"recorded": [each.as_json() for each in recorded_of_answer(result)]} if result and result.recorded_names else {}),
-        "remarks": [each.as_json() for each in (remarks(result) if result else accepted_problems(store.accepted))],
+        "remarks": [each.as_json() for each in (remarks(result) if result else (*changed_code(store.meta(CHANGED)), *accepted_problems(store.accepted)))],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
         "seconds": sum(seconds),
         "seconds_left": 0.0 if finished else _seconds_left(store, seconds),
     }
+
+
+def _failure_kinds(store: Store) -> dict[str, int]:
+    kinds: Counter[str] = Counter()
+    for kind, reason, count in store.failure_kinds():
+        # As stored by a version before, they may be anything.
+        kinds[Failure(kind, reason).kind] += count
+    return dict(kinds)
 
 
 def _under_way(store: Store) -> dict[str, int] | None:

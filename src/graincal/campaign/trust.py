@@ -93,6 +93,14 @@ def accepted_problems(accepted: Sequence[Doubt]) -> tuple[Remark, ...]:
     return (remark("accepted-problems", text, problems=[doubt.as_json() for doubt in accepted]),)
 
 
+def changed_code(files: str | None) -> tuple[Remark, ...]:
+    """That files of its functions' code were changed between two sittings; nothing where none was."""
+    if not files:
+        return ()
+    text = f"Code of its functions was changed between two sittings ({files}), so that its evaluations may be those of two models."
+    return (remark("code-changed", text, files=files.split(", ")),)
+
+
 def causes(result: Result) -> str:
     """What keeps even the true parameters' responses away from the reference."""
     return "Measurement errors and the scatter of runs" if any(each.reference.simulated for each in result.experiments) else "Measurement errors"

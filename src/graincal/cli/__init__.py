@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from types import FrameType
+from typing import Any
 
 import typer
 
@@ -25,6 +26,7 @@ from graincal.cli.simulate import simulate
 from graincal.cli.status import status
 from graincal.cli.version import print_version
 from graincal.data import InputError
+from graincal.execution.interrupts import ENDING
 
 app = typer.Typer(name="graincal", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command(epilog="Example:  graincal demo -o graincal-demo")(demo)
@@ -52,22 +54,45 @@ def _root(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run a command and exit: 0 if all is well, 1 for a mistake or trouble (a sentence on standard error), 2 for a wrong call, 130 after Ctrl-C."""
-    before = signal.signal(signal.SIGINT, _interrupt_once)
+    """Run a command and exit: 0 if all is well, 1 for a mistake or trouble (a sentence on standard error), 2 for a wrong call, 128 and the signal's number after Ctrl-C (130), SIGTERM (143) or SIGHUP (129)."""
+    heard: list[int] = []
+    before = _hear(heard)
     for stream in (sys.stdout, sys.stderr):
         # A terminal without Greek letters shows a question mark, not a traceback.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
     try:
         app(arguments)
+    except SystemExit as ended:
+        if heard and ended.code:
+            sys.exit(128 + heard[0])
+        raise
     except InputError as error:
         print(error, file=sys.stderr)
         sys.exit(1)
+    except OSError as error:
+        # The terminal may be gone, where that was the signal.
+        if heard:
+            sys.exit(128 + heard[0])
+        # Of a file that nobody looked at before: whatever the system says of it.
+        print(InputError(f"{error.filename or 'a file'}: this cannot be read or written ({error.strerror or error})."), file=sys.stderr)
+        sys.exit(1)
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _interrupt_once(number: int, frame: FrameType | None) -> None:
-    """The first Ctrl-C ends what is under way in good order; a second one kills."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    raise KeyboardInterrupt
+def _hear(heard: list[int]) -> dict[int, Any]:
+    """Have the first signal to end, which is noted, end what is under way in good order; the same signal once more kills. Returns the handlers that were there."""
+
+    def interrupt_once(number: int, frame: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_DFL)
+        heard.append(number)
+        raise KeyboardInterrupt("" if number == signal.SIGINT else f"ended by {signal.Signals(number).name}")
+
+    before = {}
+    for number in ENDING:
+        # What is begun by nohup is to hear no SIGHUP.
+        if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:
+            before[number] = signal.signal(number, interrupt_once)
+    return before

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from graincal.campaign import Advice
 from graincal.data import InputError
 from graincal.files import unwritable
+from graincal.notation.glyphs import missing_glyphs_unsaid
 from graincal.notation.markup import to_mathtext
 from graincal.notation.quantities import parameters
 from graincal.report.palette import BLACK, GREY, distinct
@@ -26,7 +27,7 @@ def draw_advice(advice: Advice, path: Path) -> None:
     gain, narrowing = figure.subplots(1, 2, sharey=True, width_ratios=(1, 1.8))
     places = np.arange(len(tests))
     gain.errorbar([each.information for each in tests], places, xerr=[each.information_error for each in tests], fmt="o", color=BLACK, markersize=4, capsize=2)
-    gain.set(xlabel="expected information gain [nats]", yticks=places, yticklabels=[each.name for each in tests], ylim=(len(tests) - 0.5, -0.5))
+    gain.set(xlabel="expected information gain [nats]", yticks=places, yticklabels=[to_mathtext(each.name) for each in tests], ylim=(len(tests) - 0.5, -0.5))
     gain.set_xlim(left=min(0.0, gain.get_xlim()[0]))
     for k, name in enumerate(names):
         offset = _SPREAD * ((k + 0.5) / len(names) - 0.5)
@@ -42,6 +43,7 @@ def draw_advice(advice: Advice, path: Path) -> None:
         axes.spines[["top", "right"]].set_visible(False)
     figure.legend(*narrowing.get_legend_handles_labels(), loc="outside upper center", ncols=min(len(names), 6), frameon=False)
     try:
-        figure.savefig(path, dpi=150)
+        with missing_glyphs_unsaid():
+            figure.savefig(path, dpi=150)
     except OSError as error:
         raise InputError(unwritable(path, error)) from None

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from graincal.cli.options import Folder, Quiet, Workers, parse_workers
+from graincal.cli.saying import say
 from graincal.data import InputError
+from graincal.notation.printable import printable_json
 
 if TYPE_CHECKING:
     from graincal.campaign import Advice
@@ -30,9 +32,7 @@ def advise(
 
     Each test is run at draws from the posterior, and its runs are kept in the campaign's folder. After Ctrl-C the same command goes on.
     """
-    import json
-
-    from rich.console import Console
+    from graincal.cli.console import PrintableConsole
 
     from graincal.campaign import Result
     from graincal.campaign.advising import ADVICE
@@ -45,13 +45,13 @@ def advise(
     result = Result.read(folder)
     chosen = [*(test or ()), *_of_file(tests)] or None
     # Beside a document for programs, what people read goes elsewhere.
-    console = Console(stderr=True, highlight=False, markup=False, quiet=quiet)
+    console = PrintableConsole(stderr=True, highlight=False, markup=False, quiet=quiet)
     try:
         with Progress(console) as progress:
             advice = advise_tests(result, chosen, samples=samples, seed=seed, workers=at_once, listeners=[progress])
     except KeyboardInterrupt:
         if (folder / ADVICE).exists():
-            typer.echo("Stopped. All that was finished is stored; the same command goes on.", err=True)
+            say("Stopped. All that was finished is stored; the same command goes on.", err=True)
         raise
     if output:
         _write(advice, output)
@@ -60,14 +60,14 @@ def advise(
 
         draw_advice(advice, plot)
     if as_json:
-        typer.echo(json.dumps(advice.as_json(), indent=2, ensure_ascii=False))
+        say(printable_json(advice.as_json(), indent=2))
         return
     if quiet:
         return
     _say(advice)
     for target in (output, plot):
         if target is not None:
-            typer.echo(f"Written to {target}.")
+            say(f"Written to {target}.")
 
 
 def _of_file(path: Path | None) -> list:
@@ -82,14 +82,14 @@ def _say(advice: Advice) -> None:
     """The table, and what to bear in mind."""
     import sys
 
-    from rich.console import Console
+    from graincal.cli.console import PrintableConsole
     from rich.table import Table
 
     from graincal.notation import numbers, quantities
     from graincal.notation.markup import to_plain
     from graincal.notation.words import listed
 
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 160)
+    console = PrintableConsole(highlight=False, markup=False, width=None if sys.stdout.isatty() else 160)
     labels = quantities.parameters(advice.space)
     table = Table("test", "gain [nats]", "failed", *(to_plain(label.axis) for label in labels), box=None, header_style="bold", padding=(0, 2, 0, 0))
     table.add_row("now", "", "", *(numbers.value(sd, 2) for sd in advice.deviations))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from graincal.cli.saying import say
 from graincal.data import InputError
+from graincal.notation.printable import printable_json
 
 if TYPE_CHECKING:
     from graincal.campaign import Calibration, Experiment
@@ -38,10 +39,10 @@ def check(
         found = look_at(file, quiet=as_json)
     except InputError as error:
         if as_json:
-            typer.echo(json.dumps({"error": str(error)}, ensure_ascii=False))
+            say(printable_json({"error": str(error)}))
         raise
     if as_json:
-        typer.echo(json.dumps(found.as_json(), indent=2, ensure_ascii=False, allow_nan=False))
+        say(printable_json(found.as_json(), indent=2, allow_nan=False))
     else:
         _say(found)
     if plot is not None:
@@ -58,7 +59,7 @@ def _say(found: Examination) -> None:
         _say_calibration(calibration)
     else:
         for experiment in found.experiments:
-            typer.echo("\n".join(_describe_so_far(experiment)))
+            say("\n".join(_describe_so_far(experiment)))
     sections = {
         "Decided": [f'Experiment "{each.experiment}": {each}' if each.experiment else str(each) for each in found.decided],
         "Questions": [_question(each) for each in found.questions],
@@ -68,7 +69,7 @@ def _say(found: Examination) -> None:
     }
     for title, lines in sections.items():
         if lines:
-            typer.echo("\n".join([f"{title}:", *(f"  {line}" for line in lines)]))
+            say("\n".join([f"{title}:", *(f"  {line}" for line in lines)]))
 
 
 def _said_with_experiments(found: Examination) -> set[str]:
@@ -86,37 +87,37 @@ def _say_calibration(calibration: Calibration) -> None:
 
     space = calibration.space
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):
-        typer.echo(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
+        say(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
     for experiment in calibration.experiments:
-        typer.echo("\n".join(_describe(experiment, calibration.method)))
+        say("\n".join(_describe(experiment, calibration.method)))
     for source in calibration.known.sources if calibration.known else ():
-        typer.echo(source)
+        say(source)
     if look := calibration.first_look:
-        typer.echo(f"first look: {len(look.theta)} evaluations of another campaign, of the same parameters and experiments")
+        say(f"first look: {len(look.theta)} evaluations of another campaign, of the same parameters and experiments")
     if calibration.look:
-        typer.echo("first look, by cheaper models:")
+        say("first look, by cheaper models:")
         for experiment in calibration.look.experiments:
-            typer.echo("\n".join(_describe_model(experiment)))
+            say("\n".join(_describe_model(experiment)))
     filter = calibration.blank_filter()
     if isinstance(filter, IterativeBayesianFilter) and (advice := sample_size_advice(space, filter.alpha)):
-        typer.echo(advice)
+        say(advice)
 
 
 def _say_expectation(calibration: Calibration) -> None:
     if calibration.look:
-        typer.echo("First look: " + "\n".join(_expectation(calibration.look)))
-    typer.echo("\n".join(_expectation(calibration)))
+        say("First look: " + "\n".join(_expectation(calibration.look)))
+    say("\n".join(_expectation(calibration)))
 
 
 def _draw(found: Examination, plot: Path, *, quiet: bool) -> None:
     from graincal.cli.figures import draw_references
 
     if not found.experiments:
-        typer.echo(f"{plot}: nothing was drawn, for no reference can be read before the questions are answered.", err=True)
+        say(f"{plot}: nothing was drawn, for no reference can be read before the questions are answered.", err=True)
         return
     draw_references(found.calibration.experiments if found.calibration else found.experiments, plot)
     if not quiet:
-        typer.echo(f"References drawn to {plot}.")
+        say(f"References drawn to {plot}.")
 
 
 def _describe_so_far(experiment: Examined) -> list[str]:

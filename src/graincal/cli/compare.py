@@ -9,6 +9,7 @@ import typer
 
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
 from graincal.cli.options import Workers, parse_workers
+from graincal.cli.saying import say
 from graincal.data import InputError
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def compare(
             # The same one of all campaigns: the errors of the test are taken to be its.
             experiment = chosen.name
             if own := result.space.per_experiment:
-                typer.echo(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
+                say(f'{name} predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
             test = driven_as(against, predicted_test(chosen, None, confining_pressure))
             # Read once for all, as the file of the first campaign that says how: scores are of the same numbers.
             before = before or next((each for other in results.values() if (each := read_before(other.calibration, chosen.name))), None)
@@ -66,14 +67,14 @@ def compare(
     elif confining_pressure is not None or experiment is not None:
         option = "--experiment" if confining_pressure is None else "--confining-pressure"
         raise InputError(f"{option} is that of the test of --against, which is missing.")
-    typer.echo("\n".join(_table(ranked)))
+    say("\n".join(_table(ranked)))
     if against:
-        typer.echo("Ranked by the log score of the test, measurement errors included: the larger, the more probable the test was under the prediction.")
+        say("Ranked by the log score of the test, measurement errors included: the larger, the more probable the test was under the prediction.")
         say_if_few(samples)
     else:
-        typer.echo("Ranked by log evidence, which depends on the ranges of the parameters: a test that was held out (--against) tells more.")
+        say("Ranked by log evidence, which depends on the ranges of the parameters: a test that was held out (--against) tells more.")
     for doubt in _doubts(ranked):
-        typer.echo(doubt)
+        say(doubt)
 
 
 def _table(ranked: list[Contender]) -> list[str]:

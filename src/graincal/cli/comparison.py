@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import typer
 
 from graincal.campaign import Experiment, Result
 from graincal.campaign.config import ExperimentEntry, read_references
+from graincal.cli.saying import say
 from graincal.data import InputError, Reference
 from graincal.laboratory.another_file import Before, read_another
 from graincal.laboratory.quantities import STRESS_FORMS
@@ -102,7 +102,7 @@ def driven_as(path: Path, test: StressPathTest) -> StressPathTest:
 def say_how_it_was_read(path: Path, reference: Reference) -> None:
     """What was taken for granted of a reference, beside a command's results."""
     for note in reference.notes:
-        typer.echo(f"{path}: {note}", err=True)
+        say(f"{path}: {note}", err=True)
 
 
 def calibrated_against(result: Result, reference: Reference) -> str | None:

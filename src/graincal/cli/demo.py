@@ -22,7 +22,7 @@ def demo(
 
     A synthetic triaxial test at known parameters, on another packing, is calibrated as if it were measured: 500 particles, all five parameters over their full ranges.
     """
-    from rich.console import Console
+    from graincal.cli.console import PrintableConsole
 
     from graincal import demo as example
     from graincal.campaign import begin
@@ -31,7 +31,7 @@ def demo(
     from graincal.cli.options import parse_workers
     from graincal.cli.running import run
 
-    console = Console(highlight=False, markup=False, quiet=quiet)
+    console = PrintableConsole(highlight=False, markup=False, quiet=quiet)
     number = parse_workers(workers)
     folder = output or _free_folder()
     if output is None and folder.name != _FOLDER:

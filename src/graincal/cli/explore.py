@@ -26,7 +26,7 @@ def explore(
     """
     from dataclasses import replace
 
-    from rich.console import Console
+    from graincal.cli.console import PrintableConsole
 
     from graincal.campaign.config import read_calibration
     from graincal.campaign.exploring import fill
@@ -34,7 +34,7 @@ def explore(
     from graincal.cli.options import parse_workers
     from graincal.cli.running import fill_and_say
 
-    with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
+    with PrintableConsole(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
         calibration = read_calibration(file, exploring=True, to=to)
     if workers is not None:
         calibration = replace(calibration, workers=parse_workers(workers))

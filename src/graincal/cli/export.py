@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from graincal.cli.options import Folder
+from graincal.cli.saying import say
 
 
 class Format(str, Enum):
@@ -34,6 +35,6 @@ def export(
     before = set(target.glob("*"))
     written = write(result, target, replace=output is None)
     for path in written:
-        typer.echo(path)
+        say(path)
     if replaced := before.intersection(written):
-        typer.echo(f"{len(replaced)} of these replaced the files of an earlier export.", err=True)
+        say(f"{len(replaced)} of these replaced the files of an earlier export.", err=True)

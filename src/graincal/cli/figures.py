@@ -16,6 +16,8 @@ from graincal.campaign.prediction import Prediction
 from graincal.data import InputError, Reference, Response
 from graincal.files import unwritable
 from graincal.models.stress_path import Abscissa, Panel
+from graincal.notation.glyphs import missing_glyphs_unsaid
+from graincal.notation.markup import to_mathtext
 from graincal.positions import legs
 
 _UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
@@ -36,7 +38,7 @@ def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
             axes.plot(_to_print(over, x), _to_print(name, values), "k.-", markersize=3, linewidth=0.8)
             if logarithmic:
                 _scale_logarithmically(axes, x)
-            axes.set(title=f"{experiment.name}{_not_fitted(name, experiment.reference)}", xlabel=_label(over), ylabel=_label(name))
+            axes.set(title=to_mathtext(f"{experiment.name}{_not_fitted(name, experiment.reference)}"), xlabel=_label(over), ylabel=_label(name))
     _save(figure, path)
 
 
@@ -115,7 +117,7 @@ def _to_print(name: str, values: NDArray) -> NDArray:
 
 def _label(name: str) -> str:
     unit, _ = _UNITS.get(name.split("_")[-1], ("", 1.0))
-    return name.replace("_", " ") + (f" ({unit})" if unit else "")
+    return to_mathtext(name.replace("_", " ")) + (f" ({unit})" if unit else "")
 
 
 def _not_fitted(name: str, reference: Reference) -> str:
@@ -124,6 +126,7 @@ def _not_fitted(name: str, reference: Reference) -> str:
 
 def _save(figure: Figure, path: Path) -> None:
     try:
-        figure.savefig(path, dpi=150)
+        with missing_glyphs_unsaid():
+            figure.savefig(path, dpi=150)
     except OSError as error:
         raise InputError(unwritable(path, error)) from None

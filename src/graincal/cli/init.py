@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, Strain, first_and_last, named_columns, signs
+from graincal.cli.saying import say
 from graincal.data import InputError
 from graincal.files import unwritable
 
@@ -73,21 +74,21 @@ def init(
     except NotUnderstood as refusal:
         table = read_table(file, encoding=known.encoding, sheet=known.sheet)
         _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
-        typer.echo("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
-        typer.echo(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
+        say("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
+        say(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
         return
     if grains is None and found.void_ratio is None and preparation.void_ratio is None:
         found = asked_for_void_ratio(found)
     _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
-    typer.echo("\n".join(describe(found)))
+    say("\n".join(describe(found)))
     if grains:
-        typer.echo(_compared(packing, grains, found.void_ratio))
+        say(_compared(packing, grains, found.void_ratio))
     elif preparation.void_ratio is not None:
-        typer.echo("\n".join(preparation.because))
+        say("\n".join(preparation.because))
     elif found.void_ratio is not None and (note := out_of_reach(found.void_ratio, preparation)):
-        typer.echo(note)
+        say(note)
     asked = f'Answer the {len(found.questions)} question{"s" * (len(found.questions) > 1)} where it says "?"' if found.questions else "Read the lines that say CHECK"
-    typer.echo(f"\nWritten to {output}. {asked}, then: graincal check {output}")
+    say(f"\nWritten to {output}. {asked}, then: graincal check {output}")
 
 
 def _look_at_pressure(confining_pressure: float) -> None:
@@ -97,7 +98,7 @@ def _look_at_pressure(confining_pressure: float) -> None:
     if doubt := impossible_pressure("--confining-pressure", confining_pressure):
         raise InputError(doubt)
     if doubt := unusual_pressure("--confining-pressure", confining_pressure):
-        typer.echo(f"Note: {doubt}")
+        say(f"Note: {doubt}")
 
 
 def asked_for_void_ratio(found: Understanding) -> Understanding:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,6 +19,6 @@ def parse_workers(text: str) -> int | Literal["all"]:
     """What --workers means."""
     if text == "all":
         return "all"
-    if text.isdecimal() and int(text) > 0:
+    if re.fullmatch("[0-9]{1,18}", text) and int(text) > 0:
         return int(text)
     raise InputError(f'--workers must be a whole number above 0 or "all", not {text}.')

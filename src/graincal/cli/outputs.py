@@ -57,7 +57,12 @@ def check_folder(path: Path) -> None:
     there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
     if not there.is_dir():
         raise InputError(f"{there}: this is a file, and a folder to write to was expected.")
-    check_file(there / f".{path.name}.trial")
+    trial = there / ".graincal.trial"
+    try:
+        trial.open("xb").close()
+        trial.unlink()
+    except OSError as error:
+        raise InputError(unwritable(path, error)) from None
 
 
 def check_outputs(table: Path | None, figure: Path | None) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from graincal.cli.options import Quiet
+from graincal.cli.saying import say
 from graincal.data import InputError
 from graincal.files import unwritable
 
@@ -37,8 +38,8 @@ def pack(
     if not quiet:
         x, y, z = (1e3 * length for length in packing.edges.diagonal())
         diameters = 2e3 * packing.radii
-        typer.echo(f"{packing.count} particles of {diameters.min():.3g} to {diameters.max():.3g} mm in a cell of {x:.4g} x {y:.4g} x {z:.4g} mm")
+        say(f"{packing.count} particles of {diameters.min():.3g} to {diameters.max():.3g} mm in a cell of {x:.4g} x {y:.4g} x {z:.4g} mm")
         if (enlarged := Grading.named(grading).enlarged) != 1:
-            typer.echo(f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back.")
-        typer.echo(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
-        typer.echo(f"Written to {output}.")
+            say(f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back.")
+        say(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
+        say(f"Written to {output}.")

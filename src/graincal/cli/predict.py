@@ -9,6 +9,7 @@ import typer
 
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
 from graincal.cli.options import Folder, Quiet, Workers, parse_workers
+from graincal.cli.saying import say
 from graincal.data import InputError
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def predict(
     _say(result, chosen, prediction, test, shown, reference)
     for target in (output, plot):
         if target is not None:
-            typer.echo(f"Written to {target}.")
+            say(f"Written to {target}.")
 
 
 def _control_values(chosen: Experiment, test: StressPathTest, reference: Reference | None, axial_strain: float | None, increment: float) -> NDArray[np.float64]:
@@ -102,19 +103,19 @@ def _say(result: Result, chosen: Experiment, prediction: Prediction, test: Stres
     from graincal.cli.comparison import calibrated_against
 
     if reference is not None and (known := calibrated_against(result, reference)):
-        typer.echo(f'The campaign was calibrated against this test ("{known}"): what follows says how it fits, not how it predicts.')
+        say(f'The campaign was calibrated against this test ("{known}"): what follows says how it fits, not how it predicts.')
     if own := result.space.per_experiment:
-        typer.echo(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
-    typer.echo("\n".join(_describe(prediction, test, shown, reference)))
+        say(f'Predicts with the {"values" if len(own) > 1 else "value"} of {", ".join(own)} in "{chosen.name}".')
+    say("\n".join(_describe(prediction, test, shown, reference)))
     say_if_few(len(prediction.theta) + len(prediction.failures))
     if result.has_posterior and not result.settled:
-        typer.echo("The posterior has not settled by the criterion of its shift: what it predicts may yet move, too.")
+        say("The posterior has not settled by the criterion of its shift: what it predicts may yet move, too.")
 
 
 def say_what_runs(result: Result, samples: int, test: StressPathTest, name: str = "") -> None:
     """What a command will be busy with, in the minute before it has anything to show."""
     opening = f"{name}: the" if name else "The"
-    typer.echo(f"{opening} posterior of {result.evaluations} evaluations, and then {samples} simulations of {_named(test)} ...", err=True)
+    say(f"{opening} posterior of {result.evaluations} evaluations, and then {samples} simulations of {_named(test)} ...", err=True)
 
 
 def _named(test: StressPathTest) -> str:
@@ -125,7 +126,7 @@ def _named(test: StressPathTest) -> str:
 def say_if_few(samples: int) -> None:
     """A remark where an interval of 90 % is no such thing."""
     if samples < FEW:
-        typer.echo(f"Of {samples} simulations the interval is little more than the range; --samples {FEW} or more make it one of 90 %.")
+        say(f"Of {samples} simulations the interval is little more than the range; --samples {FEW} or more make it one of 90 %.")
 
 
 def chosen_experiment(result: Result, name: str | None) -> Experiment:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
 
+from graincal.cli.saying import say
 from graincal.data import InputError
 
 if TYPE_CHECKING:
@@ -75,5 +75,5 @@ def _found(reach: Reach, particles: int) -> str:
 def _reach(particles: int, grading: str) -> Reach:
     from graincal.dem.preparation import reach
 
-    typer.echo(f"Looking up what void ratios grading {grading} packs to, the first time some seconds ...", err=True)
+    say(f"Looking up what void ratios grading {grading} packs to, the first time some seconds ...", err=True)
     return reach(particles, grading, SEED)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from graincal.cli.options import Folder
+from graincal.cli.saying import say
 
 
 def report(
@@ -30,4 +31,4 @@ def report(
     # Figures first: a format that cannot be written is said before anything is.
     paths = write_figures(result, folder / "figures", figures, predict=predict) if figures else []
     for path in (write_report(result, output or folder / REPORT, predict=predict), *paths):
-        typer.echo(path)
+        say(path)

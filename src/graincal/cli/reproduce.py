@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from graincal.cli.options import Quiet, Workers
+from graincal.cli.saying import say
 
 PUBLICATIONS = ("hartmann2022",)
 
@@ -31,7 +32,7 @@ def reproduce(
     """
     import sys
 
-    from rich.console import Console
+    from graincal.cli.console import PrintableConsole
 
     from graincal.cli.options import parse_workers
     from graincal.cli.progress import Progress
@@ -50,15 +51,15 @@ def reproduce(
         raise InputError(f"--data {data}: there is no such folder.")
     chosen = [each for name, each in STUDIES.items() if not study or name in study]
     setup = Setup(data, seeds, seeds_of_long, large, QUICK if quick else PAPER, parse_workers(workers) if workers else "all")
-    console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
+    console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
         with Progress(console) as progress:
-            say = lambda text: console.print(text, soft_wrap=True)  # noqa: E731
+            tell = lambda text: console.print(text, soft_wrap=True)  # noqa: E731
             # Without a terminal each iteration would be a line, of thousands.
-            reproduction = Reproduction(chosen, setup, output, TITLE, say, [progress] if console.is_terminal else [])
+            reproduction = Reproduction(chosen, setup, output, TITLE, tell, [progress] if console.is_terminal else [])
             reproduction.run()
     except KeyboardInterrupt:
-        typer.echo(f"Stopped. All that was finished is stored; the same command goes on with it, in {shlex.quote(str(output))}.", err=True)
+        say(f"Stopped. All that was finished is stored; the same command goes on with it, in {shlex.quote(str(output))}.", err=True)
         raise
     console.print(f"Written: {output / 'index.html'}", soft_wrap=True)
     if reproduction.broken:

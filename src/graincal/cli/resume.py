@@ -23,6 +23,7 @@ def resume(
     posterior_shift: Annotated[str | None, Criterion] = None,
     hours: Annotated[str | None, Criterion] = None,
     workers: Workers = None,
+    trust: Annotated[bool, typer.Option("--trust", help="Go on with a campaign of another user, and run the functions that it names.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Go on with a campaign that was interrupted, to the result that it would have had if it had not been.
@@ -41,8 +42,8 @@ def resume(
     if is_library(folder):
         if criteria:
             raise InputError(f"{folder}: this is a library of runs, which has no criteria of stopping, and --{next(iter(criteria)).replace('_', '-')} was given.")
-        return fill_and_say(folder, lambda listeners: go_on_filling(folder, workers=chosen, listeners=listeners), quiet=quiet)
-    run_and_report(folder, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, **criteria), quiet=quiet)
+        return fill_and_say(folder, lambda listeners: go_on_filling(folder, workers=chosen, listeners=listeners, trust=trust), quiet=quiet)
+    run_and_report(folder, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, trust=trust, **criteria), quiet=quiet)
 
 
 def _limit(name: str, text: str) -> float | bool:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import typer
 from rich.console import Console
 from rich.table import Table
 
@@ -17,13 +16,15 @@ from graincal.campaign.doubt import Doubt
 from graincal.campaign.examination import Examination, examine
 from graincal.campaign.running import REPORT
 from graincal.campaign.store import holds_campaign
+from graincal.cli.console import PrintableConsole
 from graincal.cli.progress import Progress
+from graincal.cli.saying import say
 from graincal.data import InputError
 
 
 def look_at(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Examination:
     """Examine a calibration file; a terminal says meanwhile what takes so long."""
-    with Console(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
+    with PrintableConsole(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
         return examine(file, more_runs)
 
 
@@ -40,7 +41,7 @@ def accepted(file: Path, found: Examination, *, accept: bool) -> tuple[Calibrati
 
 def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
     """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
-    console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
+    console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     with stopped_in_words(folder), Progress(console) as progress:
         result = start([progress])
     show(result, folder, console)
@@ -53,7 +54,7 @@ def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, q
     """Fill a library, show how it goes and say what there is."""
     from graincal.campaign.status import status
 
-    console = Console(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
+    console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     with stopped_in_words(folder), Progress(console) as progress:
         start([progress])
     console.print(f"{status(folder)['stopped_because']} Stored in {folder}.", soft_wrap=True)
@@ -65,8 +66,10 @@ def stopped_in_words(folder: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        if holds_campaign(folder):
-            typer.echo(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
+        # The terminal may be gone.
+        with suppress(OSError):
+            if holds_campaign(folder):
+                say(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
         raise
 
 
@@ -74,7 +77,7 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
     """Run a campaign and write its report into its folder."""
     path = run(folder, start, quiet=quiet).report(folder / REPORT)
     if not quiet:
-        typer.echo(f"Report: {path}")
+        say(f"Report: {path}")
 
 
 def show(result: Result, folder: Path, console: Console) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
+from graincal.cli.saying import say
 from graincal.cli.strains import axial_strains
 from graincal.data import InputError
 from graincal.models import StressPathTest
@@ -65,7 +66,7 @@ class Simulation:
         shared = {field.name: getattr(self, field.name) for field in fields(self) if field.name in _OF_THE_TEST}
         test = TESTS[kind](Packing.read(self.packing), largest_flagged_share=1.0, **shared, **options)
         for doubt in [] if self.quiet else _doubts(test, theta, at):
-            typer.echo(f"Note: {doubt}", err=True)
+            say(f"Note: {doubt}", err=True)
         samples = Samples(np.zeros(1, dtype=np.int64), np.array([list(theta.values())]), tuple(theta))
         ((_, outcome),) = test.evaluate(samples, at=at, workers=1)
         if isinstance(outcome, Response):
@@ -75,14 +76,14 @@ class Simulation:
         _write(outcome, test, self.output, self.plot, reference)
         if not self.quiet:
             written = [f"Written to {path}." for path in (self.output, self.plot) if path is not None]
-            typer.echo("\n".join([*_describe(outcome, reference), *written]), err=True)
+            say("\n".join([*_describe(outcome, reference), *written]), err=True)
 
     def say_what_differs(self, path: Path, settings: Mapping[str, Any]) -> None:
         """Only rows are read from a calibration file: name the settings of its model that are others here."""
         differ = [name for name in _OF_THE_TEST if name in settings and settings[name] != getattr(self, name)]
         if differ and not self.quiet:
             options = " ".join(f"--{name.replace('_', '-')} {settings[name]}" for name in differ)
-            typer.echo(f"Note: only the rows are taken from {path}. For the settings of its model add {options}.", err=True)
+            say(f"Note: only the rows are taken from {path}. For the settings of its model add {options}.", err=True)
 
 
 _OF_THE_TEST = (
@@ -234,7 +235,7 @@ def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Pat
     if output is not None:
         write_curve(output, curve, test.control)
     elif plot is None:
-        typer.echo(as_table(curve, test.control), nl=False)
+        say(as_table(curve, test.control), nl=False)
     if plot is not None:
         from graincal.cli.figures import draw_response
 

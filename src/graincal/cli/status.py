@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from graincal.cli.options import Folder
+from graincal.cli.saying import say
+from graincal.notation.printable import printable_json
 
 _ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 """Beside doubts, what a person is told of a posterior's remarks: it holds while nothing else does yet."""
@@ -15,12 +17,10 @@ _ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 
 def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False) -> None:
     """Say how far a campaign is, also while it runs elsewhere."""
-    import json
-
     from graincal.campaign.status import status as read_status
 
     found = read_status(Path(folder))
-    typer.echo(json.dumps(found, indent=2, ensure_ascii=False) if as_json else "\n".join(_lines(found)))
+    say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)))
 
 
 def _lines(status: dict[str, Any]) -> list[str]:

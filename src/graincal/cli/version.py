@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import typer
 
+from graincal.cli.saying import say
+
 
 def print_version(wanted: bool) -> None:
     """Print version, commit, compiler and instruction set, if wanted, and exit."""
@@ -11,5 +13,5 @@ def print_version(wanted: bool) -> None:
         from graincal.build import describe
 
         number, commit, compiler, instruction_set = describe().values()
-        typer.echo(f"graincal {number} (commit {commit}, {compiler}, {instruction_set})")
+        say(f"graincal {number} (commit {commit}, {compiler}, {instruction_set})")
         raise typer.Exit()

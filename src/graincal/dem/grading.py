@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError
-from graincal.files import unreadable
+from graincal.files import check_name, unreadable
 from graincal.suggestion import did_you_mean
 
 
@@ -46,6 +46,7 @@ class Grading:
 
     @classmethod
     def read(cls, path: str | Path) -> Grading:
+        check_name(path, "a grading")
         path = Path(path)
         wanted = ["size [mm]", "passing [%]"]
         try:
@@ -54,7 +55,7 @@ class Grading:
         except OSError as error:
             expected = f"a grading, {' or '.join(map(repr, _KNOWN))} or a CSV file with the columns {', '.join(wanted)},"
             raise InputError(unreadable(f"{path}{did_you_mean(str(path), _KNOWN)}", error, expected)) from None
-        except UnicodeDecodeError:
+        except (UnicodeDecodeError, csv.Error):
             raise InputError(f"{path}: a grading must be a text file with the columns {', '.join(wanted)}.") from None
         if not rows or rows[0] != wanted:
             raise InputError(f"{path}: the header must be '{','.join(wanted)}'.")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graincal import _native
 from graincal.data import InputError
-from graincal.files import unreadable
+from graincal.files import check_name, unreadable
 
 LARGEST_OVERLAP = 0.01
 """Overlaps above this share of the smaller radius are no packing at rest, but a mistake in the file."""
@@ -130,6 +130,7 @@ class Packing:
     @classmethod
     def read(cls, path: str | Path) -> Packing:
         """Read `x,y,z,radius` in metres, after a comment line `# ... cell lengths: Lx Ly Lz`."""
+        check_name(path, "a packing file")
         path = Path(path)
         try:
             lines = path.read_text(encoding="utf-8-sig").splitlines()

@@ -13,7 +13,7 @@ import numpy as np
 from graincal import _native
 from graincal.data import InputError
 from graincal.dem.stress_path import AXIAL_RATE, ISOTROPIC_RATE, consolidation
-from graincal.files import unreadable
+from graincal.files import check_name, unreadable
 from graincal.suggestion import did_you_mean
 
 AXES = ("x", "y", "z")
@@ -100,6 +100,7 @@ class StressPathTable:
 
 def _lines(path: Path) -> list[tuple[int, list[str]]]:
     """The lines that are neither empty nor comments, as cells, each with its number."""
+    check_name(path, "the table of a stress path")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -107,7 +108,10 @@ def _lines(path: Path) -> list[tuple[int, list[str]]]:
     except UnicodeDecodeError:
         raise InputError(f"{path}: a text file in UTF-8 was expected.") from None
     kept = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip(" ,") and not line.lstrip().startswith("#")]
-    return [(number, [cell.strip() for cell in next(csv.reader([line]))]) for number, line in kept]
+    try:
+        return [(number, [cell.strip() for cell in next(csv.reader([line]))]) for number, line in kept]
+    except csv.Error:
+        raise InputError(f"{path}: a table in CSV was expected.") from None
 
 
 def _row(cells: dict[str, str], place: str) -> TableRow:

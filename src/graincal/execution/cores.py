@@ -7,6 +7,11 @@ from numbers import Integral
 from typing import Literal
 
 from graincal.data import InputError
+from graincal.notation.printable import printable
+
+
+MOST_WORKERS = 10_000
+"""Evaluations at once, each of which has a thread at the least."""
 
 
 def available_cores() -> int:
@@ -22,4 +27,6 @@ def number_of_workers(workers: int | Literal["all"]) -> int:
         return available_cores()
     if isinstance(workers, bool) or not isinstance(workers, Integral) or workers < 1:
         raise InputError(f'workers must be a whole number above 0 or "all", not {workers!r}.')
+    if workers > MOST_WORKERS:
+        raise InputError(f"workers is {printable(workers, 30)}, and at most {MOST_WORKERS:,} was expected.")
     return int(workers)

@@ -1,4 +1,4 @@
-"""Ctrl-C, at a moment when it would leave something behind."""
+"""Ctrl-C and other signals to end, at a moment when it would leave something behind."""
 
 from __future__ import annotations
 
@@ -8,25 +8,29 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that ask a process to end: Ctrl-C, a batch system, a logout."""
+
 
 @contextmanager
-def sigint_later() -> Iterator[None]:
-    """What Ctrl-C means here it means at the end: broken off in between, a process would live on of which nobody knows.
+def interrupts_later() -> Iterator[None]:
+    """What a signal to end means here it means at the end: broken off in between, a process would live on of which nobody knows.
 
-    A process that is begun meanwhile does not hear Ctrl-C until it asks to: what it means is the owner's affair.
+    A process that is begun meanwhile does not hear these signals until it asks to: what they mean is the owner's affair.
     """
-    # Blocked in this thread, whose mask a process inherits, it still reaches the owner by another thread.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # Blocked in this thread, whose mask a process inherits, they still reach the owner by another thread.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     # Handlers run in the main thread, and can be set there alone.
-    handler = signal.getsignal(signal.SIGINT) if threading.current_thread() is threading.main_thread() else None
+    in_main = threading.current_thread() is threading.main_thread()
+    handlers = {number: handler for number in ENDING if in_main and callable(handler := signal.getsignal(number))}
     heard: list[tuple[int, FrameType | None]] = []
-    if callable(handler):
-        signal.signal(signal.SIGINT, lambda *arguments: heard.append(arguments))
+    for number in handlers:
+        signal.signal(number, lambda *arguments: heard.append(arguments))
     try:
         yield
     finally:
-        if callable(handler):
-            signal.signal(signal.SIGINT, handler)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if heard:
-            handler(*heard[0])
+            handlers[heard[0][0]](*heard[0])

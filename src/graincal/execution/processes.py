@@ -14,12 +14,14 @@ from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
+from multiprocessing.resource_tracker import ensure_running
 from typing import Any
 
 from graincal.data import Failure, InputError, Response
-from graincal.execution.interrupts import sigint_later
+from graincal.execution.interrupts import ENDING, interrupts_later
 from graincal.execution.task import Task, Work
 from graincal.execution.threads import PATIENCE, Done, Threads
+from graincal.notation.printable import as_text
 
 CRASHED = Failure("crashed", "the process that ran the evaluation ended abruptly: a crash in compiled code, or too little memory.")
 """The outcome of an evaluation whose process ended abruptly."""
@@ -144,7 +146,7 @@ class _Worker:
                 return CRASHED
             except BaseException as error:
                 # What the evaluation gave cannot be sent, or cannot be read here.
-                return Failure("error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {error}).")
+                return Failure("error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {as_text(error)}).")
         if time.monotonic() < self.deadline:
             return None
         self._lose()
@@ -176,10 +178,13 @@ class _Process:
         self._context = _OneProcess()
         self._ending, self._ended = threading.Lock(), False
         reader, self._lifeline = self._context.Pipe(duplex=False)
+        with interrupts_later():
+            # Python's own helper, of which there is one for all, is to live as long as its owner: through a logout, too.
+            ensure_running()
         self.executor = ProcessPoolExecutor(1, mp_context=self._context, initializer=_live_while_open, initargs=(reader,))
         self.ready_at = inf
         try:
-            with sigint_later():
+            with interrupts_later():
                 # Before anything of the user's: whether a process can run at all.
                 self._alive = self.executor.submit(os.getpid)
             self.started = self.executor.submit(_make_ready, work)
@@ -268,9 +273,12 @@ class _OneProcess(SpawnContext):
 def _live_while_open(lifeline: Connection) -> None:
     # A group of its own, so that what an evaluation starts ends with it.
     os.setpgrp()
-    # Ctrl-C, which was blocked until now, reaches every process of a terminal's group.
+    # These were blocked until now, and reach every process of a terminal's group or of a batch system's job: the owner ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        # Not ignored, which programs that an evaluation starts would inherit.
+        signal.signal(number, lambda *arguments: None)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
 
     def watch() -> None:
         try:

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 from graincal.data import Failure, Response
 from graincal.execution.cores import number_of_workers
 from graincal.execution.executor import OnExecutor
-from graincal.execution.interrupts import sigint_later
+from graincal.execution.interrupts import interrupts_later
 from graincal.execution.processes import CRASHED, Processes
 from graincal.execution.task import Task
 from graincal.execution.threads import Threads
@@ -79,7 +79,7 @@ class Scheduler:
             self._closed = True
             backends = list(self._backends.values())
         # A second Ctrl-C is heard when nothing is left behind.
-        with sigint_later():
+        with interrupts_later():
             for backend in backends:
                 backend.stop()
 

@@ -29,7 +29,7 @@ from graincal.inference.packings import PackingScatter, Siblings, places
 from graincal.inference.posterior import Posterior
 from graincal.inference.proposal import ProposalOutsideBox, systematic_resampling
 from graincal.inference.doubt import CENTRAL, Doubt
-from graincal.inference.samples import replicates
+from graincal.inference.samples import MOST_SAMPLES, replicates
 from graincal.inference.settling import FRESH, Settling
 from graincal.inference.stop import ITERATIONS, Stop
 
@@ -41,6 +41,9 @@ EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
 
 # Runs grow by this part before the posterior is looked at again.
 GROWTH = 0.25
+
+# Batches that are asked for ahead, at most.
+MOST_AHEAD = 100
 
 # Evaluations up to which each look tempers anew.
 FEW = 200
@@ -463,8 +466,12 @@ class PosteriorFilter(AskTellFilter):
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 2:
                 raise InputError(f"filter.{name} must be a whole number above 1, not {value!r}.")
+            if value > MOST_SAMPLES:
+                raise InputError(f"filter.{name} is {value}, and at most {MOST_SAMPLES:,} was expected.")
         if isinstance(self.ahead, bool) or not isinstance(self.ahead, (int, np.integer)) or self.ahead < 0:
             raise InputError(f"filter.ahead must be a whole number, not negative, not {self.ahead!r}.")
+        if self.ahead > MOST_AHEAD:
+            raise InputError(f"filter.ahead is {self.ahead}, and at most {MOST_AHEAD} was expected.")
         if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
             raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
         answer = REPLICATES if self.emulator else 0

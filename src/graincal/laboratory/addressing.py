@@ -36,7 +36,7 @@ def column_index(table: Table, said: int | str, *, second: bool = False, quantit
             )
     if wanted and wanted in table.groups:
         return _of_group(table, wanted, second)
-    if wanted.isascii() and wanted.isdecimal():
+    if wanted.isascii() and wanted.isdecimal() and len(wanted) < 10:
         return _numbered(table, int(wanted), wanted)
     if 1 <= len(wanted) <= 2 and wanted.isascii() and wanted.isalpha() and wanted.isupper() and (number := _letters(wanted)) <= len(table.header):
         return number - 1

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from graincal.data import InputError
-from graincal.laboratory.numbers import decimal_mark, is_plain, part_thousands, proven_mark, reads_as_number, split_unit
+from graincal.laboratory.numbers import decimal_mark, is_plain, part_thousands, proven_mark, reads_as_number, shown, split_unit
 from graincal.laboratory.vocabulary import guess
 from graincal.laboratory.rows import SNIFFED_LINES, Row
 from graincal.laboratory.units import Unit, find_unit, split_header
@@ -33,7 +33,7 @@ def find_decimal(rows: Sequence[Row], path: str) -> str:
             if decimal_mark(split_unit(cell)[0]) == ",":
                 whole = split_unit(cell)[0].replace(",", "")
                 raise InputError(
-                    f"{path}: line {row.line} says '{cell}', and nothing in the file tells whether that is {split_unit(cell)[0].replace(',', '.')} or {whole}:"
+                    f"{path}: line {row.line} says '{shown(cell)}', and nothing in the file tells whether that is {shown(split_unit(cell)[0].replace(',', '.'))} or {shown(whole)}:"
                     " numbers with a decimal point, or without anything between thousands, were expected."
                 )
     return "."

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.data import InputError
 from graincal.laboratory.addressing import column_index
-from graincal.laboratory.numbers import read_number
+from graincal.laboratory.numbers import read_number, shown
 from graincal.laboratory.quantities import COMPRESSED, DIMENSIONS, POROSITIES, SIGNED, STRAINS
 from graincal.laboratory.table import Table
 from graincal.laboratory.units import Unit, find_unit, known_units, split_header
@@ -109,7 +109,7 @@ class Column:
     @property
     def label(self) -> str:
         """The column in a message, behind the word column: its header, or its number."""
-        return f"'{self.header}'" if self.header else str(self.index + 1)
+        return f"'{shown(self.header)}'" if self.header else str(self.index + 1)
 
 
 def find_column(table: Table, quantity: str, conventions: Conventions) -> Column | None:
@@ -152,7 +152,7 @@ def _unit(table: Table, quantity: str, index: int, said: str | None) -> Unit | N
     if unit is None or dimension not in (None, unit.dimension):
         hint = " (a stress in a unit is named deviator_stress or axial_stress)" if unit is not None and quantity == "stress_ratio" else ""
         raise InputError(
-            f"{table.path}: the unit of {quantity} is '{text}' in column {repr(table.header[index]) if table.header[index] else index + 1},"
+            f"{table.path}: the unit of {quantity} is '{shown(text)}' in column {repr(shown(table.header[index])) if table.header[index] else index + 1},"
             f" and one of {known_units(dimension)} was expected{hint}."
         )
     return unit

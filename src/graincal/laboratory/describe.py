@@ -6,6 +6,7 @@ import numpy as np
 
 from graincal.laboratory.backbone import say_lines, spans
 from graincal.laboratory.decisions import Question
+from graincal.laboratory.numbers import shown
 from graincal.laboratory.table import Table
 from graincal.laboratory.understanding import Understanding
 from graincal.laboratory.understanding.seen import Seen
@@ -41,7 +42,7 @@ def describe_table(table: Table) -> list[str]:
     mark = " with a byte order mark" if table.byte_order_mark else ""
     point = "decimal comma" if table.decimal == "," else "decimal point"
     apart = f"columns separated by {_DELIMITER_WORDS[table.delimiter]}, {point}, {table.encoding}{mark}" if table.delimiter in _DELIMITER_WORDS else "cells of a sheet"
-    sheet = f", {table.sheet}" if table.sheet else ""
+    sheet = f", {shown(table.sheet)}" if table.sheet else ""
     names = f"The names of the columns stand on line {table.header_line}." if table.header_line else "No line names the columns."
     return [f"{table.path}{sheet}: {len(table.rows)} rows, {apart}.", names]
 
@@ -52,9 +53,9 @@ def list_columns(table: Table) -> list[str]:
     lines = []
     for index in range(width):
         values = [row.cell(index) for row in table.rows if row.cell(index)]
-        shown = ", ".join(values[:3]) + (f" ... {values[-1]}" if len(values) > 3 else "")
+        first = ", ".join(map(shown, values[:3])) + (f" ... {shown(values[-1])}" if len(values) > 3 else "")
         name = table.label(index) if table.header[index] else "(no name)"
-        lines.append(f"{index + 1}  {name}{f' [{table.units[index]}]' if index < len(table.units) and table.units[index] else ''}: {shown}")
+        lines.append(f"{index + 1}  {name}{f' [{shown(table.units[index])}]' if index < len(table.units) and table.units[index] else ''}: {first}")
     return lines
 
 

@@ -6,6 +6,7 @@ import math
 import re
 
 from graincal.laboratory.units import Unit, find_unit
+from graincal.notation.printable import printable
 
 LARGEST_NUMBER = 1e100
 """No measurement is larger, and none overflows when made SI."""
@@ -16,6 +17,15 @@ _DIGITS_AND_MARKS = re.compile(r"[+-]?\d[\d.,' \u00a0\u202f]*(?:[eE][+-]?\d+)?")
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(?P<first>[.,'\u2019])\d{3}(?P<more>(?:(?P=first)\d{3})*)(?:(?!(?P=first))(?P<mark>[.,])\d*)?")
 _GROUPED_BY_SPACES = re.compile(r"[+-]?[1-9]\d{0,2}(?:[ \u00a0\u2009\u202f]\d{3})+(?:[.,]\d*)?")
 _WITH_UNIT = re.compile(r"(?P<number>[+-]?[\d.,][\d.,'\u2019]*(?:[eE][+-]?\d+)?)[ \u00a0\u202f]?(?P<unit>[^\d\s.,'].{0,11})")
+
+
+LONGEST_SHOWN = 100
+"""Characters of a cell or a name in a message."""
+
+
+def shown(cell: str) -> str:
+    """A cell or a name of a column as it stands in a message: printable, and its beginning where it is long."""
+    return printable(cell, LONGEST_SHOWN)
 
 
 def is_number(cell: str) -> bool:
@@ -78,14 +88,14 @@ def read_number(cell: str, decimal: str) -> float:
     if not cell:
         return math.nan
     if _NOT_A_NUMBER.fullmatch(cell):
-        raise ValueError(f"says '{cell}', and a reference takes finite numbers (an empty cell is a gap)")
+        raise ValueError(f"says '{shown(cell)}', and a reference takes finite numbers (an empty cell is a gap)")
     if _NUMBER.fullmatch(cell) and decimal_mark(cell) in (None, decimal):
         value = float(cell.replace(",", "."))
         if abs(value) > LARGEST_NUMBER:
-            raise ValueError(f"says '{cell}', which is too large to be a measurement")
+            raise ValueError(f"says '{shown(cell)}', which is too large to be a measurement")
         return value
     if _DIGITS_AND_MARKS.fullmatch(cell):
-        raise ValueError(f"says '{cell}', and numbers here have the decimal mark '{decimal}' and no thousands separator")
+        raise ValueError(f"says '{shown(cell)}', and numbers here have the decimal mark '{decimal}' and no thousands separator")
     if split_unit(cell)[1]:
-        raise ValueError(f"says '{cell}', and a unit was expected behind all numbers of the column or none, and none other than its header's")
-    raise ValueError(f"says '{cell}', and a number was expected (an empty cell is a gap)")
+        raise ValueError(f"says '{shown(cell)}', and a unit was expected behind all numbers of the column or none, and none other than its header's")
+    raise ValueError(f"says '{shown(cell)}', and a number was expected (an empty cell is a gap)")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -12,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import ParameterSpace
+from graincal.data import LONGEST_NAME, InputError, ParameterSpace
+from graincal.files import is_unicode
 from graincal.inference import DEFAULT_METHOD
 from graincal.laboratory.backbone import say_lines
 from graincal.laboratory.decisions import UNANSWERED
@@ -23,6 +23,7 @@ from graincal.laboratory.table import Table
 from graincal.laboratory.understanding import Understanding
 from graincal.laboratory.understanding.kinds import KINDS
 from graincal.laboratory.understanding.strains import of_void_ratio, void_ratio_of
+from graincal.notation.printable import printable, printable_json
 
 VOID_RATIO_ERROR = 0.001
 STRAIN_RESOLVED, STRESS_RESOLVED = 1e-4, 1e3
@@ -116,7 +117,7 @@ def propose_unknown(
         "\n".join(
             [
                 "[[experiment]]",
-                f"name        = {_quote(Path(table.path).stem)}",
+                f"name        = {_quote(printable(Path(table.path).stem, LONGEST_NAME))}",
                 'control     = "axial_strain"',
                 "observables = { stress_ratio = { relative_error = 0.01 }, volumetric_strain = { measurement_error = 0.001 } }",
             ]
@@ -148,7 +149,7 @@ def _by_name(found: Understanding) -> Understanding:
 
 def _introduction(lines: list[str]) -> str:
     head = ['A calibration proposed from a laboratory file. Keys that say "?" are questions: answer each, then run graincal check. Lines that say CHECK rest on what is usual.', "", "What was understood:"]
-    return "\n".join(f"# {line}".rstrip() for line in [*head, *("  " + line for line in lines)])
+    return "\n".join(f"# {printable(line)}".rstrip() for line in [*head, *("  " + line for line in lines)])
 
 
 def _settings() -> list[str]:
@@ -172,7 +173,7 @@ def _experiment(found: Understanding) -> list[str]:
     said = [words for names, words in _ERRORS if any(name in names for name in found.observables)]
     return [
         "[[experiment]]",
-        f"name        = {_quote(Path(found.table.path).stem)}",
+        f"name        = {_quote(printable(Path(found.table.path).stem, LONGEST_NAME))}",
         f"control     = {_quote(found.control)}",
         f"# CHECK the errors of the measurement, as standard deviations: {'; '.join(said)}. Intervals of the parameters are about in proportion to them.",
         "# Add step = ... (of the display, or to which a curve was read from paper).",
@@ -227,7 +228,7 @@ def _values(found: Understanding, quantity: str) -> NDArray[np.float64] | None:
 
 def _asks(found: Understanding, *keys: str) -> list[str]:
     """The questions under keys, as comments. Those of one among several keys on a line begin with it."""
-    return [f"# {_key_on_line(question.key)}{question.sentence}" + (f' One of: {", ".join(map(_quote, question.answers))}.' if question.answers else "") + (f" Likely: {_quote(question.proposed)}." if question.proposed else "") for question in found.questions if question.key in keys or question.key.split(".")[0] in keys]
+    return [f"# {_key_on_line(question.key)}{printable(question.sentence)}" + (f' One of: {", ".join(map(_quote, question.answers))}.' if question.answers else "") + (f" Likely: {_quote(question.proposed)}." if question.proposed else "") for question in found.questions if question.key in keys or question.key.split(".")[0] in keys]
 
 
 def _key_on_line(key: str) -> str:
@@ -284,7 +285,7 @@ def _reference(found: Understanding, folder: str | os.PathLike[str] | None) -> s
     if known.rows is not None:
         lines.append(f"rows        = [{known.rows[0]}, {known.rows[1]}]")
     if found.zero:
-        lines += ["# Strains count from the first row that is read.", f"zero        = {json.dumps(list(found.zero))}"]
+        lines += ["# Strains count from the first row that is read.", f"zero        = {_value(list(found.zero))}"]
     if found.control != "position":
         lines += [f"# {_MEANINGS[name]}" for name in found.columns if name in _MEANINGS and "stress_ratio" in found.observables and len(_stresses(found)) == 1]
     lines.append(f"columns     = {_inline(found.columns)}")
@@ -315,9 +316,10 @@ def _measure(strain: Mapping[str, str]) -> str:
 
 def _relative(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> str:
     """The path as it is written in a file of the folder: an absolute one stays so."""
-    if Path(path).is_absolute():
-        return Path(path).as_posix()
-    return Path(os.path.relpath(Path(path).absolute(), Path(folder).absolute())).as_posix()
+    name = Path(path) if Path(path).is_absolute() else Path(os.path.relpath(Path(path).absolute(), Path(folder).absolute()))
+    if not is_unicode(name):
+        raise InputError(f"{name}: this name is not in UTF-8, as all text of a calibration file is, and another name was expected.")
+    return name.as_posix()
 
 
 def _inline(table: Mapping[str, Any]) -> str:
@@ -334,4 +336,4 @@ def _value(value: Any) -> str:
 
 def _quote(text: str) -> str:
     """A TOML basic string: JSON's escapes are among TOML's."""
-    return json.dumps(text, ensure_ascii=False)
+    return printable_json(text)

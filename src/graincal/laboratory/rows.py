@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from graincal.data import InputError
-from graincal.laboratory.numbers import is_number, reads_as_number, without_spaces
+from graincal.laboratory.numbers import is_number, reads_as_number, shown, without_spaces
 from graincal.laboratory.units import find_unit
 
 SPACE = " "
@@ -103,7 +103,7 @@ def _delimiter(lines: list[str], path: str) -> str:
     if best[1]:
         return best[1]
     if len(filled_lines) == 1:
-        raise InputError(f"{path}: there is only a header, '{filled_lines[0].strip()[:80]}', and rows of numbers were expected below it.")
+        raise InputError(f"{path}: there is only a header, '{shown(filled_lines[0].strip())}', and rows of numbers were expected below it.")
     raise InputError(f"{path}: no line holds two numbers, and rows of numbers between commas, semicolons, tabs or spaces were expected.")
 
 
@@ -183,5 +183,5 @@ def refuse_broken_rows(rows: Sequence[Row], header: Sequence[str], path: str) ->
 def without_cells(row: Row, header: Sequence[str], path: str) -> Row:
     """A row of numbers between white space that is too short: which of its cells it lacks cannot be told, so it lacks all. Refuse one with words."""
     if word := next((cell for cell in row.cells if not reads_as_number(cell)), None):
-        raise InputError(f"{path}: line {row.line} says '{word}', and a number for each of the {len(header)} columns was expected (a line of fewer numbers is a gap).")
+        raise InputError(f"{path}: line {row.line} says '{shown(word)}', and a number for each of the {len(header)} columns was expected (a line of fewer numbers is a gap).")
     return Row(row.line, ())

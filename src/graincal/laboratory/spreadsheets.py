@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
+import re
 from datetime import date, time, timedelta
 
 from python_calamine import CalamineError, CalamineWorkbook, SheetTypeEnum, SheetVisibleEnum
 
 from graincal.data import InputError
-from graincal.laboratory.numbers import reads_as_number
+from graincal.laboratory.numbers import reads_as_number, shown
 from graincal.laboratory.percent_formats import percent_cells
 from graincal.laboratory.rows import Grid, Row
 from graincal.suggestion import did_you_mean
@@ -31,7 +32,7 @@ def read_sheet(raw: bytes, path: str, wanted: str | int | None) -> tuple[str, Gr
     if wanted is not None:
         name = _named(names, wanted, path)
         if not _holds_numbers(grids[name]):
-            raise InputError(f"{path}: sheet '{name}' has no two rows of numbers, and a header with rows of numbers below it was expected.")
+            raise InputError(f"{path}: sheet '{shown(name)}' has no two rows of numbers, and a header with rows of numbers below it was expected.")
         return name, grids[name]
     full = [name for name in names if _holds_numbers(grids[name])]
     # What a person does not see is taken only when it is asked for, or where there is nothing else.
@@ -39,8 +40,8 @@ def read_sheet(raw: bytes, path: str, wanted: str | int | None) -> tuple[str, Gr
     if not full:
         raise InputError(f"{path}: no sheet has two rows of numbers, and a header with rows of numbers below it was expected.")
     if len(full) > 1:
-        listed = ", ".join(f"'{name}'" for name in full)
-        raise InputError(f'{path}: {len(full)} sheets hold rows of numbers, {listed}: say which with --sheet, or sheet = "{full[0]}" in a calibration file.')
+        listed = ", ".join(f"'{shown(name)}'" for name in full)
+        raise InputError(f'{path}: {len(full)} sheets hold rows of numbers, {listed}: say which with --sheet, or sheet = "{shown(full[0])}" in a calibration file.')
     return full[0], grids[full[0]]
 
 
@@ -63,10 +64,10 @@ def _sheets(raw: bytes, path: str) -> tuple[set[str], dict[str, Grid]]:
 def _named(names: list[str], wanted: str | int, path: str) -> str:
     if wanted in names:
         return str(wanted)
-    if str(wanted).isdecimal() and 1 <= int(wanted) <= len(names):
+    if re.fullmatch("[0-9]{1,9}", str(wanted)) and 1 <= int(wanted) <= len(names):
         return names[int(wanted) - 1]
-    listed = ", ".join(f"'{name}'" for name in names)
-    raise InputError(f"{path}: there is no sheet '{wanted}'{did_you_mean(str(wanted), names)}, and one of {listed} was expected.")
+    listed = ", ".join(f"'{shown(name)}'" for name in names)
+    raise InputError(f"{path}: there is no sheet '{shown(str(wanted))}'{did_you_mean(str(wanted), names)}, and one of {listed} was expected.")
 
 
 def _grid(book: CalamineWorkbook, name: str, path: str, percent: set[tuple[int, int]]) -> Grid:
@@ -75,7 +76,7 @@ def _grid(book: CalamineWorkbook, name: str, path: str, percent: set[tuple[int, 
     if sheet.start is None:
         return Grid(path, "", [])
     if sheet.height * sheet.width > LARGEST_SHEET:
-        raise ValueError(f"sheet '{name}' goes on to row {sheet.total_height} and column {sheet.total_width}")
+        raise ValueError(f"sheet '{shown(name)}' goes on to row {sheet.total_height} and column {sheet.total_width}")
     left = sheet.start[1]
     rows = []
     # The rows come from the sheet's first, the cells from the first column that holds any.

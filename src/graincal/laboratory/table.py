@@ -8,12 +8,12 @@ from os import PathLike
 from pathlib import Path
 
 from graincal.data import InputError
-from graincal.files import unreadable
+from graincal.files import check_name, unreadable
 from graincal.laboratory.ags import is_ags, read_group
 from graincal.laboratory.cells import find_decimal, plain_numbers
 from graincal.laboratory.decisions import Decision, Question
 from graincal.laboratory.heading import Heading, find_heading, known
-from graincal.laboratory.numbers import is_number, reads_as_number
+from graincal.laboratory.numbers import is_number, reads_as_number, shown
 from graincal.laboratory.rows import SPACE, Grid, Row, delimited, refuse_broken_rows, without_cells, without_gaps
 from graincal.laboratory.spreadsheets import SIGNATURES, read_sheet
 from graincal.laboratory.text import Text, decode
@@ -57,7 +57,7 @@ class Table:
         """What a column is called in a message: its header in quotation marks, behind that of its group; "column 3" without."""
         group = self.groups[index] if index < len(self.groups) else ""
         header = self.header[index] if index < len(self.header) else ""
-        return f"'{group}: {header}'" if group and header else f"'{header}'" if header else f"column {index + 1}"
+        return f"'{shown(group)}: {shown(header)}'" if group and header else f"'{shown(header)}'" if header else f"column {index + 1}"
 
 
 def read_table(path: str | PathLike[str], *, encoding: str | None = None, sheet: str | int | None = None) -> Table:
@@ -68,6 +68,7 @@ def read_table(path: str | PathLike[str], *, encoding: str | None = None, sheet:
     lines without a number below the last row of numbers.
     Raises InputError for a file that is missing, empty, not text, or without rows of numbers, and for what may be read in two ways.
     """
+    check_name(path, "a laboratory file")
     name = str(path)
     try:
         raw = Path(path).read_bytes()

@@ -6,14 +6,15 @@ import hashlib
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.data import Failure, Response
+from graincal.data import LONGEST_NAME, Failure, Response
 from graincal.models.named_function import describe_exception, find_function
+from graincal.notation.printable import as_text, printable
 
 Function = Callable[[NDArray[np.float64]], Mapping[str, ArrayLike]]
 
@@ -23,6 +24,7 @@ class FunctionWork:
     """A function, or its name as "module:name" with the folder that its module is looked for in first, and the control values (K,) that what it returns belongs to. A task's argument is theta (n,).
 
     A function by its name runs in processes, which import it. Any other may not be one that can be sent, and runs on threads.
+    Names of what a function returns are made printable, and cut to 500 characters; what has an empty name, or one that is there already, is left out.
     """
 
     function: Function | str
@@ -55,7 +57,8 @@ class FunctionWork:
         details = {"seconds": time.perf_counter() - start}
         try:
             if isinstance(returned, Failure):
-                return replace(returned, details={**details, **returned.details})
+                # Not one of a class of somebody's, which may not be one that can be sent.
+                return Failure(returned.kind, returned.reason, {**details, **returned.details})
             return Response(self.control, self._columns(returned), details)
         except _Unusable as reason:
             return Failure("output", str(reason), details)
@@ -72,9 +75,11 @@ class FunctionWork:
     def _columns(self, returned: object) -> dict[str, NDArray[np.float64]]:
         if not isinstance(returned, Mapping) or not returned:
             raise _Unusable(f"the function must return a mapping of names to values, and returned {type(returned).__name__}.")
-        columns = {}
+        columns: dict[str, NDArray[np.float64]] = {}
         for name, values in returned.items():
-            name = str(name)
+            name = printable(as_text(name), LONGEST_NAME)
+            if not name.strip() or name in columns:
+                continue
             try:
                 column = _numbers(values)
             except (TypeError, ValueError, OverflowError):

@@ -10,7 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-from graincal.data import InputError
+from graincal.data import LONGEST_NAME, InputError
+from graincal.notation.printable import as_text, printable
+
+LONGEST_MESSAGE = 800
+"""Characters of an exception's own message: the place where it was raised stands behind it."""
 
 
 def find_function(name: str, folder: Path | None = None) -> Callable:
@@ -63,7 +67,7 @@ def describe_exception(error: BaseException) -> str:
     # The first frame is the caller's.
     place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if len(frames) > 1 else ""
     try:
-        said = str(error)
+        said = printable(as_text(str(error)), LONGEST_MESSAGE)
     except BaseException:
         said = "without a message that could be read"
-    return f"{type(error).__name__}: {said}{place}"
+    return f"{printable(type(error).__name__, LONGEST_NAME)}: {said}{place}"

@@ -16,6 +16,9 @@ from graincal.interpolation import covers, span
 from graincal.models.function_work import Function, FunctionWork
 from graincal.models.model import Model
 
+LONGEST_TIMEOUT = 1e8
+"""Seconds, three years: longer ones are more than a system's clocks wait for."""
+
 _FOUND: set[tuple[str, Path | None]] = set()
 """Named functions that were found, by their names and folders: to look for one takes half a second."""
 
@@ -33,7 +36,7 @@ class PythonModel(Model):
     executor. What the function started in its process ends with it.
 
     The function may return a `Failure` itself: of the kind "infeasible" where the parameters are impossible. An exception in it, values that are not numbers or not as many as the control's, or the time-out, make that evaluation a Failure.
-    Values may be NaN or infinite; which of them must be finite the experiment knows.
+    Values may be NaN or infinite; which of them must be finite the experiment knows. A further quantity whose name is not printable, or longer than 500 characters, is kept under a name that is; one without a name is left out.
     """
 
     function: Function | str
@@ -53,6 +56,8 @@ class PythonModel(Model):
         if self.timeout is not None:
             if isinstance(self.timeout, bool) or not isinstance(self.timeout, Real) or not 0 < self.timeout < np.inf:
                 raise InputError(f"the timeout of a Python model must be a number of seconds above 0, not {self.timeout!r}.")
+            if self.timeout > LONGEST_TIMEOUT:
+                raise InputError(f"the timeout of a Python model is {self.timeout:g} s, and at most {LONGEST_TIMEOUT:g} s was expected.")
             if not isinstance(self.function, str) or self.executor is not None:
                 raise InputError('a timeout needs a function given by its name, "module:name", and no executor: only then does it run in a process that can be ended.')
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import html
 import re
 
+from graincal.notation.printable import printable
+
 # Letters, digits and signs alone: what else stands in braces is somebody's name.
 _SCRIPT = re.compile(r"([_^])\{([\w+−-]*)\}")
 _TAGS = {"_": "sub", "^": "sup"}
@@ -12,13 +14,13 @@ _TAGS = {"_": "sub", "^": "sup"}
 
 def to_html(text: str) -> str:
     """As HTML, lines too, everything else escaped; Plotly's labels read it too, and take no dollar for TeX."""
-    escaped = html.escape(text, quote=False).replace("$", "&#36;").replace("\n", "<br>")
+    escaped = html.escape(printable(text, None, lines=True), quote=False).replace("$", "&#36;").replace("\n", "<br>")
     return _SCRIPT.sub(lambda found: f"<{_TAGS[found[1]]}>{found[2]}</{_TAGS[found[1]]}>", escaped)
 
 
 def to_mathtext(text: str) -> str:
     """As Matplotlib's mathtext."""
-    return _SCRIPT.sub(lambda found: rf"${found[1]}{{\mathrm{{{found[2]}}}}}$", text.replace("$", r"\$"))
+    return _SCRIPT.sub(lambda found: rf"${found[1]}{{\mathrm{{{found[2]}}}}}$", printable(text, None, lines=True).replace("$", r"\$"))
 
 
 def to_plain(text: str) -> str:

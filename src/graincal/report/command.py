@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import shlex
-import tomllib
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment, Result
+from graincal.campaign.toml import read_toml
 from graincal.data import Reference, Samples
 from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS
@@ -43,7 +43,7 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
 
 def pack_command(experiment: Experiment, source: str, output: str = PLACEHOLDER) -> str | None:
     """The line that makes the packing that a calibration file (its text, `source`) has prepared for an experiment; None for one from elsewhere."""
-    entries = tomllib.loads(source).get("experiment", [])
+    entries = read_toml(source).get("experiment", [])
     model = next((entry["model"] for entry in entries if entry["name"] == experiment.name), {})
     if "particles" not in model:
         return None

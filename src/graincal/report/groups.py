@@ -27,6 +27,7 @@ LEAST_IN_ALL = 15.0
 _NEGLIGIBLE = 0.01
 """Of the largest weight: what carries less is left out."""
 _MOST = 5
+_MOST_SAMPLES = 3_000
 _COPIES = 10
 
 
@@ -81,11 +82,13 @@ def _joined(mixture: GaussianMixture, unit: NDArray[np.float64]) -> NDArray[np.i
     component = mixture.predict(unit)
     precision = mixture.precisions_
     centres = cdist(mixture.means_, mixture.means_, "mahalanobis", VI=precision)
-    distances = cdist(unit, unit, "mahalanobis", VI=precision)
-    widest = np.array([_widest_gap(distances[np.ix_(component == c, component == c)]) for c in range(len(centres))])
+    # Every k-th of very many: distances between all of them would fill the memory, and gaps between some thousands are known by those.
+    every = slice(None, None, -(-len(unit) // _MOST_SAMPLES))
+    distances, kept = cdist(unit[every], unit[every], "mahalanobis", VI=precision), component[every]
+    widest = np.array([_widest_gap(distances[np.ix_(kept == c, kept == c)]) for c in range(len(centres))])
     joined = centres < APART
     for a, b in np.argwhere(~joined):
-        between = distances[np.ix_(component == a, component == b)]
+        between = distances[np.ix_(kept == a, kept == b)]
         joined[a, b] = between.size and between.min() <= max(widest[a], widest[b])
     return connected_components(joined)[1][component]
 

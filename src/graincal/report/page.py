@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import html
-import json
 from collections.abc import Iterable
 from importlib.resources import files
 
 from plotly.offline import get_plotlyjs
 
 from graincal.notation.markup import to_html, to_plain
+from graincal.notation.printable import printable, printable_json
 from graincal.report.drawing import Band, Bars, Figure, Mark, Panel, Points
 from graincal.report.palette import DASHES, Style
 from graincal.report.tables import Table
@@ -50,7 +50,7 @@ class Page:
 
     def command(self, line: str) -> None:
         """A command line to copy."""
-        self._body.append(f"<pre><code>{html.escape(line)}</code></pre>")
+        self._body.append(f"<pre><code>{html.escape(printable(line, None))}</code></pre>")
 
     def table(self, table: Table) -> None:
         """A table, which scrolls inside itself where it is wider than the page."""
@@ -72,13 +72,13 @@ class Page:
         """The whole page."""
         assets = files("graincal.report")
         # No text in it may end the script, or hide what follows.
-        plots = json.dumps(self._plots, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+        plots = printable_json(self._plots, separators=(",", ":")).replace("<", "\\u003c")
         return "\n".join(
             [
                 '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
                 f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
                 '<meta name="viewport" content="width=device-width, initial-scale=1">',
-                f'<link rel="icon" href="data:,">\n<title>{html.escape(to_plain(self._title))}</title>',
+                f'<link rel="icon" href="data:,">\n<title>{html.escape(printable(to_plain(self._title), None))}</title>',
                 f"<style>\n{(assets / 'page.css').read_text(encoding='utf-8')}</style>\n</head>\n<body>\n<main>",
                 *self._body,
                 "<noscript><p>The figures are drawn by a script in this file, and scripts are switched off.</p></noscript>",
@@ -101,7 +101,7 @@ class Page:
 
 
 def _frame(plot: str, title: str) -> str:
-    return f'<div class="plot" id="{plot}" role="img" aria-label="{html.escape(to_plain(title))}"></div>'
+    return f'<div class="plot" id="{plot}" role="img" aria-label="{html.escape(printable(to_plain(title), None))}"></div>'
 
 
 def _figures(table: Table, column: int) -> str:

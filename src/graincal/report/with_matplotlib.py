@@ -19,6 +19,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
 from graincal.data import InputError
+from graincal.notation.glyphs import missing_glyphs_unsaid
 from graincal.notation.markup import to_mathtext
 from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
 from graincal.report.palette import DASHES, Style
@@ -47,7 +48,7 @@ def check_formats(formats: Iterable[str]) -> None:
 
 def save(figure: Figure, path: Path) -> None:
     """Draw a figure and write it in the format of the path's suffix."""
-    with matplotlib.rc_context(_SETTINGS):
+    with matplotlib.rc_context(_SETTINGS), missing_glyphs_unsaid():
         drawn = draw(figure)
         drawn.savefig(path, dpi=200, bbox_inches="tight")
 
@@ -55,7 +56,7 @@ def save(figure: Figure, path: Path) -> None:
 def to_svg(figure: Figure) -> str:
     """Draw a figure as an SVG element, to stand in a page."""
     written = io.StringIO()
-    with matplotlib.rc_context(_SETTINGS):
+    with matplotlib.rc_context(_SETTINGS), missing_glyphs_unsaid():
         draw(figure).savefig(written, format="svg", bbox_inches="tight", metadata={"Date": None})
     text = written.getvalue()
     # Without what stands above it in a file.

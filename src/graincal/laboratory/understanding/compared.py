@@ -69,7 +69,7 @@ def _compressed(case: Case) -> tuple[str, tuple[str, ...]]:
 def driving_stress(case: Case) -> np.ndarray:
     """The axial or mean stress (T,) of a compression test from its first above 0 on, Pa."""
     state = case.state
-    stress = state.mean if case.kind == "isotropic" and state.mean is not None else state.axial if state.axial is not None else None
+    stress = None if state is None else state.mean if case.kind == "isotropic" and state.mean is not None else state.axial
     if stress is None:
         column = case.column("mean_stress") or case.column("lateral_stress") or case.column("axial_stress")
         stress = np.abs(column.plain) if column is not None else np.empty(0)
