@@ -6,8 +6,6 @@ import pytest
 from fuzzing import SEEDS, fuzzed, refused_in_words, with_other_values
 from hypothesis import given
 
-import graincal as gc
-from graincal.campaign.config import read_calibration
 from graincal.campaign.examination import examine
 from graincal.data import InputError
 from graincal.models import PythonModel
