@@ -118,11 +118,15 @@ def test_what_a_laboratory_file_says_is_shown_printable(call, tmp_path):
     assert not obeyed(examined.out + examined.err) and "Traceback" not in examined.err
 
 
-def test_a_name_that_is_not_in_utf_8_is_named(call, tmp_path):
+def test_a_folder_whose_name_is_not_in_utf_8_holds_a_campaign(call, tmp_path):
     folder = tmp_path / "caf\udce9"
     folder.mkdir()
-    called = call("check", write_calibration(folder))
-    assert called.code in (0, 1, 2) and "Traceback" not in called.err and not obeyed(called.out + called.err)
+    file = write_calibration(folder, ("= 3\ns", "= 1\ns"))
+    for arguments in (["check", file], ["calibrate", file, "-o", folder / "campaign"], ["status", folder / "campaign"], ["resume", folder / "campaign", "--max-iterations", "2"], ["report", folder / "campaign"], ["export", folder / "campaign", "--to", "json"]):
+        called = call(*arguments)
+        assert called.code == 0 and not obeyed(called.out + called.err), called.err
+    refused = call("init", folder / "reference.csv", "-o", tmp_path / "calibration.toml")
+    assert refused.code == 1 and "caf\\udce9/reference.csv: this name is not in UTF-8, as all text of a calibration file is, and another name was expected." in refused.err
 
 
 def test_figures_are_drawn_with_any_name(call, tmp_path, recwarn):

@@ -8,20 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
 
 from graincal.campaign.calibration import Calibration, check_observables, refuse_criteria
 from graincal.campaign.experiment import Experiment, no_reference
 from graincal.campaign.first_look import read_first_look
+from graincal.campaign.names import FileName, Shown, with_printable_names
 from graincal.campaign.questions import open_questions
 from graincal.campaign.runs import known_runs
-from graincal.campaign.section import Section, mistake, refused, sentences, show
+from graincal.campaign.section import Section, mistake, sentences
 from graincal.campaign.toml import NotTOML, read_toml
-from graincal.data import LONGEST_NAME, InputError, MeasurementError, ParameterSpace, Reference
+from graincal.data import InputError, MeasurementError, ParameterSpace, Reference
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.execution.cores import MOST_WORKERS
-from graincal.files import check_name, unreadable
+from graincal.files import check_name, is_unicode, unreadable
 from graincal.inference import DEFAULT_METHOD, METHODS, Stop
 from graincal.inference.posterior_filter import MOST_AHEAD
 from graincal.inference.samples import MOST_SAMPLES
@@ -30,7 +31,6 @@ from graincal.models.compression import CompressionTest
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.python import LONGEST_TIMEOUT
 from graincal.models.rests import RESTS_EVERY
-from graincal.notation.printable import is_printable
 from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
 
@@ -47,30 +47,8 @@ def _only_false(value: Any) -> Any:
     return value
 
 
-def _shown(text: str) -> str:
-    if text and not is_printable(text, LONGEST_NAME):
-        raise refused(f" must be printable text of at most {LONGEST_NAME} characters, not {show(text)}")
-    return text
-
-
-def _possible(name: str) -> str:
-    if "\0" in name:
-        raise refused(f" is {show(name)}, and no file can have the character \\u0000 in its name")
-    return name
-
-
-Shown = Annotated[str, AfterValidator(_shown)]
-"""Text that stands in messages, tables and figures."""
-FileName = Annotated[str, AfterValidator(_possible)]
 Off = Annotated[Literal[False], BeforeValidator(_only_false)]
 Texts = dict[str, str]
-
-
-def _with_printable_names(table: dict[str, Any]) -> dict[str, Any]:
-    """The table, whose keys are names that are shown. Raises the mistake where one cannot be."""
-    if (wrong := next((name for name in table if not is_printable(name, LONGEST_NAME)), None)) is not None:
-        raise mistake(f" must have names of printable text, of at most {LONGEST_NAME} characters, not {show(wrong)}")
-    return table
 
 
 class Parameter(Section):
@@ -247,7 +225,7 @@ class ExperimentEntry(Section):
     @field_validator("observables")
     @classmethod
     def _printable_names(cls, observables: dict[str, Observable]) -> dict[str, Observable]:
-        return _with_printable_names(observables)
+        return with_printable_names(observables)
 
     @field_validator("observables")
     @classmethod
@@ -394,7 +372,7 @@ class CalibrationFile(Section):
     @field_validator("parameters")
     @classmethod
     def _printable_names(cls, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
-        return _with_printable_names(parameters)
+        return with_printable_names(parameters)
 
 
 def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
@@ -411,8 +389,10 @@ def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, explor
 
 def build_calibration(path: Path, file: CalibrationFile, source: str, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
     """The calibration that a file describes, whose text is `source`, as `read_calibration`."""
+    # A store keeps text, which a name in the encoding of an old system is none of.
+    name = str(_from_root(path)) if is_unicode(_from_root(path)) else ""
     try:
-        return replace(_build(file, path.parent, source, more_runs, exploring, to), file=str(_from_root(path))).check()
+        return replace(_build(file, path.parent, source, more_runs, exploring, to), file=name).check()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 

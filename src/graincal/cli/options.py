@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 from graincal.data import InputError
+from graincal.notation.printable import printable
 
 Folder = Annotated[Path, typer.Argument(help="The campaign's folder.", metavar="DIR")]
 Workers = Annotated[str | None, typer.Option(help='Evaluations at once, a number or "all"; the result does not depend on it.', metavar="N")]
@@ -21,4 +22,4 @@ def parse_workers(text: str) -> int | Literal["all"]:
         return "all"
     if re.fullmatch("[0-9]{1,18}", text) and int(text) > 0:
         return int(text)
-    raise InputError(f'--workers must be a whole number above 0 or "all", not {text}.')
+    raise InputError(f'--workers must be a whole number above 0 or "all", not {printable(text, 60)}.')
