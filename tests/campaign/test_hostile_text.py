@@ -19,7 +19,7 @@ def hostile(theta):
     if theta[0] > 0.6:
         raise FileNotFoundError(f"{HOSTILE}\udce9.dat" + "y" * 5_000_000)
     if theta[1] > 0.6:
-        return gc.Failure(HOSTILE, f"{HOSTILE}\udce9", {HOSTILE: 1.0})
+        return gc.Failure(HOSTILE, f"{HOSTILE}\udce9", {HOSTILE: float("nan")})
     return respond(theta) | {f"z {HOSTILE}\udce9": STRAIN, "": STRAIN, f"z {HOSTILE}\ud800": STRAIN, "\x00": STRAIN}
 
 
