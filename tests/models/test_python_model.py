@@ -91,7 +91,7 @@ def raises(error):
         (lambda: raises(GeneratorExit()), "error", "GeneratorExit"),
         (lambda: raises(Speechless()), "error", "Speechless: without a message"),
         (lambda: raises(FileNotFoundError("x\udce9.dat")), "error", "FileNotFoundError: x"),
-        (lambda: Failure("no", "no.", None), "output", "cannot be read"),
+        (lambda: Failure("no", "No.", None), "no", "No."),
     ],
 )
 def test_what_cannot_be_compared_is_a_failure_with_its_reason(returned, kind, said):

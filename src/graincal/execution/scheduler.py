@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from heapq import heappop, heappush
 from itertools import count
 from math import inf
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Literal, NamedTuple
 
 from graincal.data import Failure, Response
@@ -20,6 +21,10 @@ from graincal.execution.threads import Threads
 
 Backend = Threads | Processes | OnExecutor
 """Runs the tasks that it is handed, all at once, and tells `done(task, outcome)` from any thread; `submit(tasks)`, `stop()`."""
+
+
+HEARS = 0.5
+"""Seconds within which a signal is heard."""
 
 
 class Ended(NamedTuple):
@@ -64,7 +69,10 @@ class Scheduler:
 
     def next(self) -> Ended:
         """Wait for a task to end. Raises what its work raised."""
-        return self._told(*self._outcomes.get())
+        while True:
+            # A Ctrl-C that comes just before a wait without end begins would be heard after it.
+            with suppress(Empty):
+                return self._told(*self._outcomes.get(timeout=HEARS))
 
     def ended(self) -> Iterator[Ended]:
         """Those that have ended and were not asked for yet, without waiting; not those whose work raised something."""
