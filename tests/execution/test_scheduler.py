@@ -67,6 +67,20 @@ def test_what_work_raises_is_raised_and_nothing_more_is_begun():
     assert begun == [0, 1]
 
 
+def test_threads_that_cannot_be_started_are_an_error_in_words(monkeypatch):
+    start, left = threading.Thread.start, [2]
+
+    def failing(thread):
+        left[0] -= 1
+        if left[0] < 0:
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", failing)
+    with pytest.raises(InputError, match=r"workers: only 2 threads could be started \(can't start new thread\)"):
+        list(run(tasks(Work(lambda _: time.sleep(0.2)), range(8)), 8))
+
+
 def test_closing_ends_what_can_be_ended_and_waits_for_nothing_else():
     started = threading.Barrier(3)
 

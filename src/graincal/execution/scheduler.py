@@ -111,7 +111,11 @@ class Scheduler:
         try:
             while begun := self._take():
                 backend, task = begun
-                backend.submit([task])
+                try:
+                    backend.submit([task])
+                except Exception as error:
+                    # Perhaps in a thread of a backend, where nobody would hear of it.
+                    self._done(task, error)
         finally:
             self._filling.now = False
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from queue import SimpleQueue
 
-from graincal.data import Failure, Response
+from graincal.data import Failure, InputError, Response
 from graincal.execution.task import Task
 
 Done = Callable[[Task, "Response | Failure | BaseException"], None]
@@ -29,13 +29,18 @@ class Threads:
         self._stopped = threading.Event()
 
     def submit(self, tasks: Sequence[Task]) -> None:
-        """Have these run at once: whoever submits them counts how many there are. From any thread."""
+        """Have these run at once: whoever submits them counts how many there are. From any thread. Raises InputError where the system gives no thread, and runs none of them then."""
         with self._lock:
             self._open += len(tasks)
             for _ in range(self._open - len(self._threads)):
                 # A function that never ends must not keep the interpreter from ending.
-                self._threads.append(threading.Thread(target=self._work, daemon=True))
-                self._threads[-1].start()
+                thread = threading.Thread(target=self._work, daemon=True)
+                try:
+                    thread.start()
+                except RuntimeError as error:
+                    self._open -= len(tasks)
+                    raise InputError(f"workers: only {len(self._threads)} threads could be started ({error}), and a number that the system has room for was expected.") from None
+                self._threads.append(thread)
         for task in tasks:
             self._waiting.put(task)
 
