@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign.repeated import mean_of, spread_of
+from graincal.campaign.repeated import Repeated
 from graincal.notation import numbers
 from graincal.notation.quantities import quantity
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class RecordedError:
+class RecordedError(Repeated):
     """Of one recorded quantity of an experiment: errors (R,), percent (Hartmann, Cheng, Thornton 2022, Eq. 5), of the R runs of `of`; NaN for a failure and where a value is not finite.
 
     of: "answer" (all runs there), "most probable sample" or "best sample" (that one).
@@ -28,16 +28,6 @@ class RecordedError:
     name: str
     of: str
     errors: NDArray[np.float64]
-
-    @property
-    def mean(self) -> float:
-        """Of the errors; NaN where no run has one."""
-        return mean_of(self.errors)
-
-    @property
-    def spread(self) -> float:
-        """The errors' standard deviation; NaN for fewer than two."""
-        return spread_of(self.errors)
 
     def as_json(self) -> dict[str, Any]:
         """The error as `graincal status --json` has it."""

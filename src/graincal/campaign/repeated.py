@@ -6,6 +6,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+class Repeated:
+    """What has the errors (R,) of runs that were repeated, percent, NaN for a failure."""
+
+    errors: NDArray[np.float64]
+
+    @property
+    def mean(self) -> float:
+        """Of the errors; NaN where no run has one."""
+        return mean_of(self.errors)
+
+    @property
+    def spread(self) -> float:
+        """The errors' standard deviation; NaN for fewer than two."""
+        return spread_of(self.errors)
+
+
 def mean_of(errors: NDArray[np.float64]) -> float:
     """The mean of errors (R,), but for those that are not finite; NaN where none is."""
     known = _known(errors)

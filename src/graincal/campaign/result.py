@@ -20,7 +20,7 @@ from graincal.campaign.learnt import Learnt
 from graincal.campaign.packings import TROUBLE
 from graincal.campaign.remark import Remark
 from graincal.campaign.remarks import remarks
-from graincal.campaign.repeated import mean_of, spread_of
+from graincal.campaign.repeated import Repeated
 from graincal.campaign.replay import knowledge, runs_at_answer
 from graincal.campaign.store import Store
 from graincal.data import Failure, InputError, ParameterSpace, Response
@@ -41,22 +41,12 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class Answer(Repeated):
     """Where the log likelihood expected is the largest (`Emulation.answer`), theta (n,), and the runs there that ended the campaign: ids (R,) and errors (R,), percent, Eq. 6, NaN for a failure."""
 
     theta: NDArray[np.float64]
     samples: NDArray[np.int64]
     errors: NDArray[np.float64]
-
-    @property
-    def mean(self) -> float:
-        """Of the errors; NaN where no run has one."""
-        return mean_of(self.errors)
-
-    @property
-    def spread(self) -> float:
-        """The errors' standard deviation; NaN for fewer than two."""
-        return spread_of(self.errors)
 
 
 class Result:
