@@ -11,7 +11,7 @@ import graincal as gc
 from graincal.campaign import Calibration
 from graincal.campaign.config import read_calibration
 from graincal.campaign.exploring import fill, go_on_filling
-from graincal.campaign.library import Library
+from graincal.campaign.run_library import Library
 from graincal.campaign.points import read_points
 from graincal.campaign.runs import known_runs
 from graincal.campaign.status import status

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.library import Library
+from graincal.campaign.run_library import Library
 from graincal.campaign.store import NAME as DATABASE
 from graincal.campaign.store import Store
 from graincal.dem.preparation import prepare

@@ -21,7 +21,7 @@ from graincal.campaign.curves import file_name
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.description import describe
 from graincal.campaign.exploring import fill, for_library
-from graincal.campaign.library import Library
+from graincal.campaign.run_library import Library
 from graincal.campaign.listener import Listener
 from graincal.campaign.prediction import drawn_rows
 from graincal.campaign.result import Result

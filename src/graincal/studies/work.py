@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from graincal.campaign import Calibration, Experiment, Listener, Result
 from graincal.campaign.experiment import no_reference
 from graincal.campaign.exploring import fill, for_library, points_of
-from graincal.campaign.library import Library
+from graincal.campaign.run_library import Library
 from graincal.campaign.provenance import provenance
 from graincal.campaign.running import begin_or_resume
 from graincal.campaign.runs import known_runs
