@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from graincal.campaign.advice import FEW_EFFECTIVE, Advice, AdvisedTest
 from graincal.campaign.calibration import POSTERIOR, Calibration
 from graincal.campaign.candidate_tests import CandidateTest, candidate_test, default_tests
-from graincal.campaign.curves import file_name
+from graincal.campaign.file_names import file_name
 from graincal.campaign.experiment import Experiment
 from graincal.campaign.description import describe
 from graincal.campaign.exploring import fill, for_library

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from graincal.campaign.curves import file_name
+from graincal.campaign.file_names import file_name
 from graincal.campaign.experiment import Experiment
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.execution import number_of_workers

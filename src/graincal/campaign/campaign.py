@@ -10,7 +10,8 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.calibration import Calibration, Filter
-from graincal.campaign.curves import file_name, write_curve
+from graincal.campaign.curves import write_curve
+from graincal.campaign.file_names import file_name
 from graincal.campaign.evaluations import Evaluations
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.listener import Listener

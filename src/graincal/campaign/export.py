@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from graincal.campaign.curves import file_name
+from graincal.campaign.file_names import file_name
 from graincal.campaign.learnt import Learnt
 from graincal.campaign.result import Result
 from graincal.campaign.trouble import FolderError
