@@ -21,14 +21,14 @@ from numpy.typing import NDArray
 
 import graincal as gc
 from graincal import demo
-from graincal.campaign.advice import APART, Advice
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.candidate_tests import CandidateTest, candidate_test
-from graincal.campaign.exploring import fill
-from graincal.campaign.running import begin_or_resume
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.run.advice import APART, Advice
+from graincal.campaign.run.candidate_tests import CandidateTest, candidate_test
+from graincal.campaign.run.exploring import fill
+from graincal.campaign.run.running import begin_or_resume
 from graincal.dem.siblings import siblings
-from graincal.inference.error_model import error_model
-from graincal.inference.proposal import systematic_resampling
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.sampling.proposal import systematic_resampling
 
 FIRST_SIBLING = 201
 """The seed of the packing that the first truth's tests are made on; the study of packings has others."""

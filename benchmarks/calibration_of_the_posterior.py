@@ -30,9 +30,9 @@ from threadpoolctl import threadpool_limits
 
 import graincal as gc
 from graincal.inference import PosteriorFilter
-from graincal.inference.error_model import CORRELATION_LENGTHS, DISCREPANCIES, DISCREPANCY_LENGTH, DISCREPANCY_PRIOR
-from graincal.inference.likelihood import log_likelihood, marginal
-from graincal.inference.ranks import UniformBand, rank
+from graincal.inference.likelihood.error_model import CORRELATION_LENGTHS, DISCREPANCIES, DISCREPANCY_LENGTH, DISCREPANCY_PRIOR
+from graincal.inference.likelihood.likelihood import log_likelihood, marginal
+from graincal.inference.sampling.ranks import UniformBand, rank
 
 PROBLEM = PROBLEMS["triaxial"]
 

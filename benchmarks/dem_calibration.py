@@ -27,8 +27,8 @@ import graincal as gc
 from graincal.dem.preparation import prepare
 from graincal.execution import available_cores
 from graincal.inference import IterativeBayesianFilter, PosteriorFilter, Stop
-from graincal.inference.errors import observable_errors, sample_errors
-from graincal.inference.first_look import FirstLook
+from graincal.inference.likelihood.errors import observable_errors, sample_errors
+from graincal.inference.posterior.first_look import FirstLook
 
 SPACE = gc.ParameterSpace.paper()
 STRAIN = np.arange(0.0, 0.2001, 0.004)

@@ -18,8 +18,8 @@ import numpy as np
 
 from graincal import _native, demo
 from graincal.campaign import begin, resume
-from graincal.campaign.status import status
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import holds_campaign
 
 LEVELS = (0.5, 0.9)
 

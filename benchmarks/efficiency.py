@@ -35,8 +35,8 @@ from threadpoolctl import threadpool_limits
 
 import graincal as gc
 from graincal.inference import IterativeBayesianFilter, PosteriorFilter, Stop
-from graincal.inference.early_stop import EarlyStop
-from graincal.inference.errors import observable_errors, sample_errors
+from graincal.inference.likelihood.early_stop import EarlyStop
+from graincal.inference.likelihood.errors import observable_errors, sample_errors
 
 PARTS = ("fit", "posterior")
 GOOD_FIT = 2.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from problems import PROBLEMS, SPACE, Problem
 
 import graincal as gc
-from graincal.inference.proposal import systematic_resampling
+from graincal.inference.sampling.proposal import systematic_resampling
 
 WALKERS, POWERS, MOVES_EACH, LAST_MOVES, RUNS = 2048, 60, 12, 800, 2
 

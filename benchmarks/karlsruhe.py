@@ -31,12 +31,12 @@ import numpy as np
 
 import graincal as gc
 from graincal.campaign import begin, predict, resume
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.status import status
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import holds_campaign
 from graincal.dem.grading import Grading
 from graincal.dem.preparation import comment, prepare, write_whole
-from graincal.inference.errors import sample_errors
+from graincal.inference.likelihood.errors import sample_errors
 from graincal.laboratory import look
 
 TESTS = (17, 18, 20)

@@ -34,13 +34,13 @@ from scipy.stats import binom, t
 
 import graincal as gc
 from graincal.campaign import Experiment, resume
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.running import begin_or_resume
-from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.run.running import begin_or_resume
+from graincal.campaign.stored.store import Store, holds_campaign
 from graincal.dem.siblings import siblings
-from graincal.inference.error_model import CORRELATION_LENGTHS
-from graincal.inference.ranks import rank
-from graincal.inference.sensitivity import under_other_errors
+from graincal.inference.likelihood.error_model import CORRELATION_LENGTHS
+from graincal.inference.posterior.sensitivity import under_other_errors
+from graincal.inference.sampling.ranks import rank
 
 PRESSURE, STRAIN = 0.5e6, np.arange(0.0, 0.2001, 0.005)
 DEVIATIONS = {"stress_ratio": 0.02, "volumetric_strain": 0.0005}

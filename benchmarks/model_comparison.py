@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 import graincal as gc
-from graincal.campaign.comparison import compare
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.found.comparison import compare
+from graincal.campaign.stored.store import holds_campaign
 from graincal.execution import available_cores
 
 STRAIN = np.arange(0.0, 0.2001, 0.004)

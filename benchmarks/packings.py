@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 import graincal as gc
 from graincal.campaign import Experiment
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.running import begin_or_resume
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.run.running import begin_or_resume
 from graincal.dem.preparation import prepare
 
 PRESSURE, VOID_RATIO, STRAIN = 0.5e6, 0.68, 0.2

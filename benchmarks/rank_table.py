@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.inference.ranks import UniformBand
+from graincal.inference.sampling.ranks import UniformBand
 
 FAMILYWISE = 0.05
 LEVELS = (0.5, 0.9)

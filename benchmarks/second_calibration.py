@@ -20,9 +20,9 @@ from toyoura import calibration
 
 import graincal as gc
 from graincal.campaign import Experiment
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.running import begin_or_resume
-from graincal.campaign.status import status
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.run.running import begin_or_resume
 from graincal.dem.siblings import siblings
 
 TRUTH = {"log_E": 8.8, "nu": 0.15, "phi": 30.0, "beta_m": 0.1, "eta_m": 0.4}

@@ -20,9 +20,9 @@ import numpy as np
 
 import graincal as gc
 from graincal.campaign import begin, resume
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.status import status
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import holds_campaign
 
 
 def main() -> None:

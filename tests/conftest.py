@@ -38,5 +38,5 @@ def fewer_draws():
     """As many draws from the emulated posterior as facts need that are not about its digits: each batch waits for them."""
     with pytest.MonkeyPatch.context() as patch:
         for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100}.items():
-            patch.setattr(f"graincal.inference.explore.{name}", number)
+            patch.setattr(f"graincal.inference.sampling.explore.{name}", number)
         yield

@@ -2,7 +2,7 @@
 
 import pytest
 
-from graincal.campaign.trouble import FolderError
+from graincal.campaign.stored.trouble import FolderError
 from graincal.files import unreadable, unwritable
 
 

@@ -6,7 +6,7 @@ from uuid import uuid4
 
 import pytest
 
-from graincal.campaign.store import Store
+from graincal.campaign.stored.store import Store
 from graincal.execution import Task
 from graincal.models import Model
 

@@ -3,8 +3,8 @@
 import pytest
 
 import graincal as gc
-from graincal.campaign.config import read_calibration
-from graincal.campaign.toml import NotTOML, read_toml
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.file.toml import NotTOML, read_toml
 
 from .hyperbola import SPACE, THE_PAPERS, model, reference, write_calibration
 from .test_calibration_file import write_triaxial

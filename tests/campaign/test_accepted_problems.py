@@ -5,7 +5,7 @@ import json
 import pytest
 
 import graincal as gc
-from graincal.campaign.store import Store
+from graincal.campaign.stored.store import Store
 
 from .hyperbola import THE_PAPERS, write_calibration
 

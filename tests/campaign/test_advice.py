@@ -11,11 +11,11 @@ import pytest
 
 import graincal as gc
 from graincal.campaign import Listener
-from graincal.campaign.advice import Advice, AdvisedTest
-from graincal.campaign.candidate_files import candidate_tests
-from graincal.campaign.candidate_tests import candidate_test, default_tests
+from graincal.campaign.run.advice import Advice, AdvisedTest
+from graincal.campaign.run.candidate_files import candidate_tests
+from graincal.campaign.run.candidate_tests import candidate_test, default_tests
 from graincal.dem.preparation import prepare
-from graincal.inference.gain import Gain
+from graincal.inference.posterior.gain import Gain
 from graincal.models import StressPathTest
 
 from . import frictional

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.config import read_calibration
-from graincal.campaign.status import status
-from graincal.campaign.store import Store
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import Store
 from graincal.models import Model
 
 from .as_tasks import as_tasks, model_of

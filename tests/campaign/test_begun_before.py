@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.provenance import provenance
+from graincal.campaign.stored.provenance import provenance
 
 BEGUN = Path(__file__).parents[1] / "data" / "begun"
 

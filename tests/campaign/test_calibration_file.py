@@ -7,8 +7,8 @@ import pytest
 
 from graincal import Experiment, InputError, Packing, ParameterSpace, TriaxialTest, demo
 from graincal.campaign import Calibration
-from graincal.campaign.config import read_calibration
-from graincal.campaign.store import Store
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.stored.store import Store
 from graincal.cli.comparison import Compared, read_comparison
 from graincal.data import MeasurementError
 from graincal.inference import PosteriorFilter

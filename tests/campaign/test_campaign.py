@@ -4,15 +4,15 @@ import json
 import subprocess
 import sys
 import threading
-from dataclasses import replace
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.store import Store
+from graincal.campaign.stored.store import Store
 
 from .as_tasks import broken_off
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
@@ -324,7 +324,7 @@ import graincal.campaign, sklearn.mixture
 sys.path.insert(0, {tests!r})
 from campaign.hyperbola import SPACE, reference, respond
 from campaign.test_campaign import STOP
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.stored.store import holds_campaign
 from pathlib import Path
 
 def slow(theta):

@@ -6,10 +6,10 @@ import shutil
 import pytest
 
 import graincal as gc
-from graincal.campaign.code import CODE, digests_of
-from graincal.campaign.config import read_calibration
-from graincal.campaign.status import status
-from graincal.campaign.store import Store
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.code import CODE, digests_of
+from graincal.campaign.stored.store import Store
 from graincal.cli import main
 
 from .hyperbola import write_calibration

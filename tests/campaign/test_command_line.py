@@ -4,11 +4,11 @@ import csv
 import json
 import resource
 import shutil
-import tomllib
 import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +16,9 @@ import pytest
 
 import graincal as gc
 from graincal import demo
-from graincal.campaign.config import read_calibration
-from graincal.campaign.status import status
-from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import Store, holds_campaign
 from graincal.cli import app, main
 from graincal.cli.outputs import check_file
 from graincal.cli.status import _lines

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graincal import InputError, PythonModel, Reference, calibrate, predict
-from graincal.campaign.comparison import compare
+from graincal.campaign.found.comparison import compare
 from graincal.inference import Stop
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond

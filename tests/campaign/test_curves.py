@@ -3,7 +3,7 @@
 import pytest
 
 from graincal import Result
-from graincal.campaign.file_names import file_name
+from graincal.campaign.asked.file_names import file_name
 
 from .hyperbola import write_calibration
 

@@ -9,9 +9,9 @@ import pytest
 import graincal as gc
 from graincal import demo
 from graincal.campaign import Calibration, Result
-from graincal.campaign.config import ExperimentEntry
-from graincal.campaign.description import describe, restore
-from graincal.campaign.runs import known_runs
+from graincal.campaign.asked.description import describe, restore
+from graincal.campaign.file.config import ExperimentEntry
+from graincal.campaign.found.runs import known_runs
 from graincal.cli.comparison import Compared, driven_as, read_comparison
 from graincal.cli.figures import draw_references
 from graincal.cli.predict import predicted_test
@@ -106,9 +106,9 @@ def test_a_hopeless_run_is_stopped_on_its_way():
 def test_curves_of_a_cycle_are_drawn_over_the_logarithm_of_its_stress(folder, tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
-    from graincal.report.responses import control_axis
     from graincal.report.emulated import Emulated
     from graincal.report.emulated_figures import draw_bands
+    from graincal.report.responses import control_axis
 
     result = Result.read(folder)
     axis, x = control_axis(result.experiments[0])

@@ -11,8 +11,8 @@ import pytest
 
 import graincal as gc
 from graincal import InputError, ParameterSpace, PythonModel, Reference, Result
-from graincal.campaign.comparison import compare
-from graincal.campaign.config import read_calibration
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.comparison import compare
 
 SPACE = ParameterSpace({"strength": (1, 4), "half_strain": (0.005, 0.05)})
 NAMES = ("stress_ratio", "volumetric_strain")

@@ -5,7 +5,7 @@ import pytest
 
 from graincal import Experiment, Reference
 from graincal.campaign import Calibration
-from graincal.campaign.doubts import doubts as found
+from graincal.campaign.file.doubts import doubts as found
 from graincal.cli.text import duration
 from graincal.data import MeasurementError
 from graincal.models.contact_parameters import unusual_parameters

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.export import export_csv
-from graincal.campaign.log import describe_iteration
-from graincal.campaign.status import status
+from graincal.campaign.found.export import export_csv
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.log import describe_iteration
 from graincal.execution import Task
 from graincal.models import Model
 

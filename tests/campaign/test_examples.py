@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graincal.campaign.config import CalibrationFile, read_calibration
+from graincal.campaign.file.config import CalibrationFile, read_calibration
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -8,7 +8,7 @@ import pytest
 
 from graincal import Failure
 from graincal.campaign import Calibration, Experiment
-from graincal.campaign.store import Store
+from graincal.campaign.stored.store import Store
 from graincal.data import InputError, Samples
 
 from .hyperbola import SPACE, model, reference

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.config import read_calibration
-from graincal.campaign.description import describe
-from graincal.campaign.store import Store
+from graincal.campaign.asked.description import describe
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.stored.store import Store
 from graincal.report import summarise
 
 from .as_tasks import broken_off

@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 import graincal as gc
 from graincal.campaign import begin
-from graincal.campaign.config import read_calibration
-from graincal.campaign.status import status
-from graincal.campaign.store import LOOK
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import LOOK
 from graincal.cli import app
 
 from .as_tasks import broken_off

@@ -6,7 +6,7 @@ import pytest
 from fuzzing import SEEDS, fuzzed, refused_in_words, with_other_values
 from hypothesis import given
 
-from graincal.campaign.examination import examine
+from graincal.campaign.file.examination import examine
 from graincal.data import InputError
 from graincal.models import PythonModel
 

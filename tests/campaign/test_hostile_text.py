@@ -9,7 +9,7 @@ import pytest
 
 import graincal as gc
 from graincal.campaign import Calibration, Experiment, begin
-from graincal.campaign.examination import examine
+from graincal.campaign.file.examination import examine
 
 from .hyperbola import STRAIN, reference, respond, write_calibration
 

@@ -4,7 +4,7 @@ import pytest
 
 from graincal import Experiment, Stop
 from graincal.campaign import Calibration
-from graincal.campaign.limits import Limits
+from graincal.campaign.asked.limits import Limits
 
 from .hyperbola import SPACE, model, reference
 

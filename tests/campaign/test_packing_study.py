@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.doubts import doubts
-from graincal.campaign.packings import STUDY
-from graincal.campaign.status import status
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.file.doubts import doubts
+from graincal.campaign.found.packings import STUDY
+from graincal.campaign.found.status import status
 from graincal.data import InputError
-from graincal.inference.packings import PLACES, SIBLINGS
+from graincal.inference.likelihood.packings import PLACES, SIBLINGS
 from graincal.models import StressPathTest
 from graincal.report import prediction
 

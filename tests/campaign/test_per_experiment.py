@@ -9,11 +9,11 @@ import pytest
 
 import graincal as gc
 from graincal.campaign import Calibration
-from graincal.campaign.config import read_calibration
-from graincal.campaign.description import describe
-from graincal.campaign.export import export_csv, export_json
-from graincal.campaign.status import status
-from graincal.campaign.store import Store
+from graincal.campaign.asked.description import describe
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.export import export_csv, export_json
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import Store
 from graincal.models import StressPathTest
 
 from . import frictional

@@ -9,14 +9,14 @@ import pytest
 
 import graincal as gc
 from graincal.campaign import Calibration
-from graincal.campaign.export import export_csv
-from graincal.campaign.learnt import Learnt
-from graincal.campaign.status import status
-from graincal.campaign.replay import tell
-from graincal.campaign.store import Store
+from graincal.campaign.found.export import export_csv
+from graincal.campaign.found.replay import tell
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.learnt import Learnt
+from graincal.campaign.stored.store import Store
 from graincal.cli.check import _describe, _expectation
-from graincal.inference.doubt import CENTRAL
-from graincal.inference.likely_runs import likely_runs
+from graincal.inference.posterior.doubt import CENTRAL
+from graincal.inference.posterior.likely_runs import likely_runs
 
 from .as_tasks import broken_off
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
@@ -202,7 +202,7 @@ def test_a_limit_in_time_ends_it_with_an_answer_and_it_goes_on_from_there(result
 
 def test_the_clock_counts_all_sittings(tmp_path, monkeypatch):
     now = iter(np.arange(0.0, 1e9, 600.0))
-    monkeypatch.setattr("graincal.campaign.campaign.time.monotonic", lambda: float(next(now)))
+    monkeypatch.setattr("graincal.campaign.run.campaign.time.monotonic", lambda: float(next(now)))
     stop = gc.Stop(max_iterations=3, hours=2)
     with broken_off(after=4):
         calibrate(infeasible, folder=tmp_path / "campaign", stop=stop)
@@ -241,8 +241,8 @@ def test_what_was_learnt_is_read_and_not_learnt_again(folder, result, monkeypatc
     def search(*arguments):
         raise AssertionError("nothing was to be searched for")
 
-    monkeypatch.setattr("graincal.inference.process._most_probable", search)
-    monkeypatch.setattr("graincal.inference.emulation.explore", search)
+    monkeypatch.setattr("graincal.inference.emulator.process._most_probable", search)
+    monkeypatch.setattr("graincal.inference.posterior.emulation.explore", search)
     again = gc.Result.read(folder)
     np.testing.assert_array_equal(again.posterior.samples, result.posterior.samples)
     np.testing.assert_array_equal(again.emulation.log_likelihood(SPACE.to_unit(again.samples)), result.emulation.log_likelihood(SPACE.to_unit(result.samples)))
@@ -251,7 +251,7 @@ def test_what_was_learnt_is_read_and_not_learnt_again(folder, result, monkeypatc
 
 
 def test_a_campaign_of_which_another_build_would_have_made_other_runs_does_not_go_on_and_is_still_read(folder, result, monkeypatch):
-    monkeypatch.setattr("graincal.inference.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)]))
+    monkeypatch.setattr("graincal.inference.posterior.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)]))
     np.testing.assert_array_equal(gc.Result.read(folder).posterior.samples, result.posterior.samples)
     with pytest.raises(gc.InputError, match="other samples than are stored"):
         gc.resume(folder, gc.PythonModel(infeasible), max_iterations=3)
@@ -273,8 +273,8 @@ def test_an_emulator_that_predicts_nothing_is_dropped_in_words(tmp_path):
 def test_the_runs_at_the_answer_scatter_as_runs_of_the_engine_do():
     # By the default accuracy too, whose float32 takes parameters for the same that differ in the eighth digit.
     from graincal import demo
-    from graincal.inference.posterior_filter import REPLICATES
-    from graincal.inference.samples import APART
+    from graincal.inference.posterior.posterior_filter import REPLICATES
+    from graincal.inference.sampling.samples import APART
 
     packing, space = demo.packing(), gc.ParameterSpace.paper()
     theta = np.array(list(demo.TRUTH.values())) + APART * np.arange(REPLICATES)[:, None] * (space.high - space.low)

@@ -8,8 +8,8 @@ import pytest
 
 import graincal as gc
 from graincal.campaign import Result
-from graincal.campaign.comparison import Contender, compare
-from graincal.campaign.learnt import Learnt
+from graincal.campaign.found.comparison import Contender, compare
+from graincal.campaign.stored.learnt import Learnt
 from graincal.cli.compare import _doubts
 from graincal.cli.comparison import calibrated_against
 from graincal.cli.predict import _named

@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign import Calibration, Experiment, tested
-from graincal.campaign.comparison import compare
-from graincal.campaign.config import read_calibration
-from graincal.campaign.description import describe
-from graincal.campaign.doubts import doubts_of_reference
-from graincal.campaign.export import export_csv, export_json
-from graincal.campaign.prediction import predict
-from graincal.campaign.runs import known_runs
-from graincal.campaign.status import status
-from graincal.campaign.store import Store
+from graincal.campaign import Calibration, Experiment
+from graincal.campaign.asked import tested
+from graincal.campaign.asked.description import describe
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.file.doubts import doubts_of_reference
+from graincal.campaign.found.comparison import compare
+from graincal.campaign.found.export import export_csv, export_json
+from graincal.campaign.found.prediction import predict
+from graincal.campaign.found.runs import known_runs
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import Store
 from graincal.data import InputError, Response
-from graincal.inference.thinning import Thinning
+from graincal.inference.likelihood.thinning import Thinning
 from graincal.models import StressPathTest
 
 from . import frictional

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.doubt import Doubt
-from graincal.campaign.remark import BY_EMULATORS, CODES, EXCLUSIVE, IDENTIFIED, LEVELS
-from graincal.campaign.remarks import WORDS, ByEmulators, remarks
-from graincal.campaign.status import status
-from graincal.campaign.trust import LEAST_COVERAGE, MUCH_UNSURE
-from graincal.inference.likely_runs import LikelyRuns
+from graincal.campaign.asked.doubt import Doubt
+from graincal.campaign.found.remark import BY_EMULATORS, CODES, EXCLUSIVE, IDENTIFIED, LEVELS
+from graincal.campaign.found.remarks import WORDS, ByEmulators, remarks
+from graincal.campaign.found.status import status
+from graincal.campaign.found.trust import LEAST_COVERAGE, MUCH_UNSURE
+from graincal.inference.posterior.likely_runs import LikelyRuns
 from graincal.models import StressPathTest
 from graincal.report import summarise
 from graincal.report.verdict import under_headings
@@ -195,5 +195,5 @@ def test_what_is_given_by_other_methods_is_nothing():
 
 def test_campaigns_need_no_report():
     # Whoever asks how far a campaign is waits for no figures.
-    code = "import sys, graincal.campaign.result, graincal.campaign.status; sys.exit(any(name.startswith('graincal.report') for name in sys.modules))"
+    code = "import sys, graincal.campaign.found.result, graincal.campaign.found.status; sys.exit(any(name.startswith('graincal.report') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -9,15 +9,15 @@ import pytest
 
 import graincal as gc
 from graincal.campaign import Calibration
-from graincal.campaign.config import read_calibration
-from graincal.campaign.exploring import fill, go_on_filling
-from graincal.campaign.run_library import Library
-from graincal.campaign.points import read_points
-from graincal.campaign.runs import known_runs
-from graincal.campaign.status import status
-from graincal.campaign.store import Store
+from graincal.campaign.asked.points import read_points
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.found.run_library import Library
+from graincal.campaign.found.runs import known_runs
+from graincal.campaign.found.status import status
+from graincal.campaign.run.exploring import fill, go_on_filling
+from graincal.campaign.stored.store import Store
 from graincal.inference import PosteriorFilter
-from graincal.inference.known_runs import KnownRuns, uncovered
+from graincal.inference.driving.known_runs import KnownRuns, uncovered
 
 from . import frictional
 from .as_tasks import broken_off

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from graincal.campaign.status import status
-from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import Store, holds_campaign
 
 from .test_command_line import start
 

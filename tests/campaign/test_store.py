@@ -10,11 +10,11 @@ import pytest
 
 import graincal as gc
 from graincal import Experiment, Failure, FolderError, InputError, PythonModel, Response, Stop, TriaxialTest
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.description import AbsentModel, describe, restore
-from graincal.campaign.database import columns_of
-from graincal.campaign.status import status
-from graincal.campaign.store import Store, holds_campaign
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.asked.description import AbsentModel, describe, restore
+from graincal.campaign.found.status import status
+from graincal.campaign.stored.database import columns_of
+from graincal.campaign.stored.store import Store, holds_campaign
 
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
 from .test_calibration_file import write_triaxial
@@ -96,7 +96,7 @@ def test_an_iteration_comes_back_bit_for_bit(store):
 
 
 def test_a_triaxial_test_needs_no_file_once_it_is_stored(tmp_path):
-    from graincal.campaign.config import read_calibration
+    from graincal.campaign.file.config import read_calibration
 
     calibration = read_calibration(write_triaxial(tmp_path))
     (experiment,) = Store.create(calibration).calibration.experiments
@@ -106,7 +106,7 @@ def test_a_triaxial_test_needs_no_file_once_it_is_stored(tmp_path):
 
 
 def test_a_contact_law_and_a_precision_are_stored(tmp_path):
-    from graincal.campaign.config import read_calibration
+    from graincal.campaign.file.config import read_calibration
 
     plain = read_calibration(write_triaxial(tmp_path))
     for name, other in (("law", "hertz-mindlin"), ("precision", "float64")):
@@ -116,7 +116,7 @@ def test_a_contact_law_and_a_precision_are_stored(tmp_path):
 
 
 def test_a_response_is_kept_on_the_states_of_its_model(tmp_path):
-    from graincal.campaign.config import read_calibration
+    from graincal.campaign.file.config import read_calibration
 
     calibration = read_calibration(write_triaxial(tmp_path))
     (tmp_path / "campaign").mkdir()

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 import graincal as gc
-from graincal.campaign import code
+from graincal.campaign.stored import code
 from graincal.cli import main
 
 from .hyperbola import model, write_calibration

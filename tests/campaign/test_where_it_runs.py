@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.examination import examine
-from graincal.campaign.status import status
+from graincal.campaign.file.examination import examine
+from graincal.campaign.found.status import status
 from graincal.cli import main
 
 from .hyperbola import THE_PAPERS, write_calibration

@@ -14,12 +14,13 @@ KILLED = """
 import os, signal, sys
 sys.path.insert(0, {tests!r})
 from contextlib import contextmanager
+from pathlib import Path
 
 import graincal as gc
 from campaign.hyperbola import SPACE, reference, respond
 from campaign.test_campaign import STOP
-from graincal.campaign.database import Database
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.stored.database import Database
+from graincal.campaign.stored.store import holds_campaign
 
 folder, instants = sys.argv[1], [int(each) for each in sys.argv[2:]]
 transaction = Database.transaction
@@ -43,7 +44,7 @@ for number, instant in enumerate([*instants, 0]):
     child = os.fork()  # what is imported once need not be imported again
     if child == 0:
         killing([instant or -1], after=number % 2)
-        if holds_campaign(gc.campaign.store.Path(folder)):
+        if holds_campaign(Path(folder)):
             gc.resume(folder, gc.PythonModel(respond))
         else:
             gc.calibrate(gc.PythonModel(respond), reference(), SPACE, method="iterative-bayesian", seed=4, stop=STOP, folder=folder, workers=2)

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 import graincal as gc
-from graincal.campaign import laboratory_evidence
-from graincal.campaign.doubt import CODES, LEVELS, Doubt
-from graincal.campaign.examination import examine
+from graincal.campaign.asked.doubt import CODES, LEVELS, Doubt
+from graincal.campaign.file import laboratory_evidence
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.file.examination import examine
 from graincal.data import InputError
 from graincal.laboratory.decisions import Decision
 
@@ -31,7 +32,7 @@ def test_questions_are_said_with_their_place_and_comment(call, tmp_path):
     for called in (call("calibrate", file, "-o", tmp_path / "campaign", "--accept"), call("explore", file, "-o", tmp_path / "library")):
         assert called.code == 1 and called.err.startswith(f"{file}: {said}") and called.err.count("is an open question") == 2
     with pytest.raises(InputError, match="is an open question"):
-        gc.campaign.config.read_calibration(file)
+        read_calibration(file)
 
 
 def test_a_question_goes_with_what_is_proposed_and_without_it(tmp_path):

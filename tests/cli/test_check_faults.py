@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from graincal import Reference
-from graincal.campaign.description import _describe_reference, _restore_reference
-from graincal.campaign.doubt import LEVELS
-from graincal.campaign.examination import examine
+from graincal.campaign.asked.description import _describe_reference, _restore_reference
+from graincal.campaign.asked.doubt import LEVELS
+from graincal.campaign.file.examination import examine
 
 from .tested import CONSTANT_MEAN, DRAINED, EXTENSION, OEDOMETRIC, STRAIN, UNDRAINED, VOID_RATIO, write
 

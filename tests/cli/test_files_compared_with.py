@@ -14,13 +14,13 @@ from campaign.frictional import STRAIN
 import graincal as gc
 from graincal import demo
 from graincal.campaign import begin
-from graincal.campaign.config import read_calibration
-from graincal.campaign.reading import read_before
+from graincal.campaign.file.config import read_calibration
+from graincal.campaign.file.reading import read_before
+from graincal.campaign.stored.store import Store
 from graincal.cli.columns import Strain, said_of_file
 from graincal.cli.comparison import Compared, read_comparison
 from graincal.cli.predict import predicted_test
 from graincal.laboratory.another_file import Before
-from graincal.campaign.store import Store
 from graincal.models import StressPathTest
 
 pytestmark = pytest.mark.usefixtures("fewer_draws")

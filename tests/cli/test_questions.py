@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from graincal.campaign.examination import examine
-from graincal.campaign.questions import OpenQuestion
+from graincal.campaign.file.examination import examine
+from graincal.campaign.file.questions import OpenQuestion
 
 from .tested import DRAINED, write
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.chance import OF_FAILURES, OF_IMPOSSIBLE, Chance, chance
+from graincal.inference.emulator.chance import OF_FAILURES, OF_IMPOSSIBLE, Chance, chance
 
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 

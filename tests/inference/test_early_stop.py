@@ -7,13 +7,12 @@ import pytest
 
 from graincal import Reference
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.early_stop import MOST_DROPPED, EarlyStop, FirstStates, segments
-from graincal.inference.emulator import Emulator
-from graincal.inference.error_model import error_model
-from graincal.inference.likelihood import log_likelihood, marginal
-from graincal.inference.reduction import columns
-from graincal.inference.reduction import Reduction
-from graincal.inference.thinning import Thinning
+from graincal.inference.emulator.emulator import Emulator
+from graincal.inference.likelihood.early_stop import MOST_DROPPED, EarlyStop, FirstStates, segments
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.likelihood import log_likelihood, marginal
+from graincal.inference.likelihood.reduction import Reduction, columns
+from graincal.inference.likelihood.thinning import Thinning
 
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 from .test_posterior_emulated import BOX, measured, test_curves

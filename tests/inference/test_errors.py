@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from graincal.data import Reference
-from graincal.inference.errors import curve_error, gl_error, observable_errors, sample_errors
+from graincal.inference.likelihood.errors import curve_error, gl_error, observable_errors, sample_errors
 
 REFERENCE = Reference([0, 1, 2], {"stress": [1, 2, 5], "strain": [0, -1, -3]})
 

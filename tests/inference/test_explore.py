@@ -5,10 +5,10 @@ import pytest
 from scipy.special import logsumexp
 
 from graincal import ParameterSpace
-from graincal.inference.defensive import DefensiveMixture
-from graincal.inference.explore import _tempered, explore
-from graincal.inference.proposal import ProposalOutsideBox, TruncatedMixture
-from graincal.inference.tempering import TemperedSample, temper
+from graincal.inference.sampling.defensive import DefensiveMixture
+from graincal.inference.sampling.explore import _tempered, explore
+from graincal.inference.sampling.proposal import ProposalOutsideBox, TruncatedMixture
+from graincal.inference.sampling.tempering import TemperedSample, temper
 
 SPACE = ParameterSpace({name: (0, 1) for name in "abcde"})
 BROAD, NARROW = (0.35, 0.12), (0.75, 0.004)
@@ -58,7 +58,7 @@ def test_a_density_that_cannot_be_drawn_from_is_left_out():
 
 def test_draws_that_no_mixture_fits_stand_where_tempering_has_lost_what_they_found(monkeypatch):
     # As if a mode of 20 times the broad one's probability fitted no mixture.
-    monkeypatch.setattr("graincal.inference.explore.TOO_FEW", 10**6)
+    monkeypatch.setattr("graincal.inference.sampling.explore.TOO_FEW", 10**6)
     found = explore(SPACE, log_likelihood, np.random.default_rng(0), near=about(0.752, 0.006))
     assert not found.tempered and found.log_evidence == pytest.approx(logsumexp(LOG_SHARES), abs=0.1)
     alike = explore(SPACE, lambda unit: -0.5 * np.sum(((unit - 0.4) / 0.1) ** 2, axis=1), np.random.default_rng(0))

@@ -281,7 +281,7 @@ def test_a_model_that_ignores_its_parameters_finishes_and_says_so():
 
 def test_a_proposal_outside_the_box_finishes_and_says_so(monkeypatch):
     """As many dimensions as that takes would be slow; no mixture holds more than all of its mass."""
-    monkeypatch.setattr("graincal.inference.proposal.LEAST_MASS", 1.1)
+    monkeypatch.setattr("graincal.inference.sampling.proposal.LEAST_MASS", 1.1)
     filter = run(shear_filter(), shear)
     assert filter.stopped_by == "proposal"
     assert filter.stopped_because.endswith("of the proposal's mass lies within the parameters' ranges (after iteration 0).")

@@ -8,8 +8,9 @@ from scipy.stats import qmc
 
 from graincal import InputError
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.emulator import Emulator
-from graincal.inference.first_look import FirstLook
+from graincal.inference.emulator.emulator import Emulator
+from graincal.inference.posterior.first_look import FirstLook
+
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 from .test_posterior_emulated import BOX, finish, measured, test_curves
 

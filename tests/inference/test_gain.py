@@ -5,10 +5,10 @@ import pytest
 from scipy.stats import norm, qmc
 
 from graincal import Reference
-from graincal.inference.error_model import error_model
-from graincal.inference.gain import expected_gain
-from graincal.inference.packings import PackingScatter
-from graincal.inference.packings_elsewhere import packings_elsewhere
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.packings import PackingScatter
+from graincal.inference.likelihood.packings_elsewhere import packings_elsewhere
+from graincal.inference.posterior.gain import expected_gain
 
 from .linear_curves import CONTROL, CORRELATION_LENGTH, DESIGN, curves
 

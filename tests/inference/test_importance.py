@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import genpareto
 
-from graincal.inference.importance import pareto_k
+from graincal.inference.sampling.importance import pareto_k
 
 
 def test_the_shape_of_a_tail_is_that_of_other_programs():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.inference.error_model import error_model
-from graincal.inference.evaluations import Evaluations
-from graincal.inference.likely_runs import likely_runs
-from graincal.inference.thinning import Thinning
+from graincal.inference.driving.evaluations import Evaluations
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.thinning import Thinning
+from graincal.inference.posterior.likely_runs import likely_runs
 
 SPACE = gc.ParameterSpace({"a": (-10, 10), "b": (-10, 10)})
 # Two curves of one state each, which are the parameters themselves, known to one unit: the log likelihood is minus half the squared distance from the origin, and a constant.

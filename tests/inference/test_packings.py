@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.inference.error_model import error_model
-from graincal.inference.packings import PLACES, SIBLINGS, PackingScatter, Siblings, gaussian_kernel, packing_scatter, places
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.packings import PLACES, SIBLINGS, PackingScatter, Siblings, gaussian_kernel, packing_scatter, places
 
 from .curves import SHEAR_SPACE, SHEAR_TRUTH, reference_of, responses_of, shear
 

@@ -9,8 +9,8 @@ import pytest
 
 from graincal import InputError
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.defensive import DefensiveMixture
-from graincal.inference.proposal import ProposalOutsideBox
+from graincal.inference.sampling.defensive import DefensiveMixture
+from graincal.inference.sampling.proposal import ProposalOutsideBox
 
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 from .test_posterior_direct import EVALUATIONS
@@ -59,7 +59,7 @@ def fewer_draws():
     """As many draws from the emulated posterior as facts of bits and counts need."""
     with pytest.MonkeyPatch.context() as patch:
         for name, number in {"PARTICLES": 64, "DRAWS": 128, "EFFECTIVE": 50}.items():
-            patch.setattr(f"graincal.inference.explore.{name}", number)
+            patch.setattr(f"graincal.inference.sampling.explore.{name}", number)
         yield
 
 

@@ -7,11 +7,12 @@ import pytest
 
 from graincal import InputError, ParameterSpace, Reference
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.defensive import DefensiveMixture
-from graincal.inference.error_model import error_model
-from graincal.inference.explore import explore
-from graincal.inference.likelihood import log_likelihood, marginal
-from graincal.inference.proposal import ProposalOutsideBox
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.likelihood import log_likelihood, marginal
+from graincal.inference.sampling.defensive import DefensiveMixture
+from graincal.inference.sampling.explore import explore
+from graincal.inference.sampling.proposal import ProposalOutsideBox
+
 from .linear_curves import CONTROL, CORRELATION_LENGTH, curves, linear_case
 
 A_HUNDRED = Stop(posterior_shift=False, max_iterations=False, max_evaluations=100)

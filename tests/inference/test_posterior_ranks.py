@@ -7,9 +7,9 @@ import pytest
 
 from graincal import ParameterSpace, Reference
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.error_model import CORRELATION_LENGTHS
-from graincal.inference.likelihood import log_likelihood, marginal
-from graincal.inference.ranks import UniformBand, rank
+from graincal.inference.likelihood.error_model import CORRELATION_LENGTHS
+from graincal.inference.likelihood.likelihood import log_likelihood, marginal
+from graincal.inference.sampling.ranks import UniformBand, rank
 
 CONTROL = np.linspace(0, 1, 25)
 SPACE = ParameterSpace({"limit": (1, 3), "stiffness": (0.3, 1.3)})

@@ -10,11 +10,11 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 from graincal import Reference
-from graincal.inference.emulator import Emulator
-from graincal.inference.error_model import error_model
-from graincal.inference.likelihood import ReducedLikelihood
-from graincal.inference.process import JITTER, Kernel, Process
-from graincal.inference.warping import even_powers, warped
+from graincal.inference.emulator.emulator import Emulator
+from graincal.inference.emulator.process import JITTER, Kernel, Process
+from graincal.inference.emulator.warping import even_powers, warped
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.likelihood import ReducedLikelihood
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from scipy.integrate import cumulative_simpson, simpson
 from scipy.stats import kstest, multivariate_normal, norm
 
 from graincal.data import ParameterSpace
-from graincal.inference.proposal import ProposalOutsideBox, TruncatedMixture, fit_mixture, systematic_resampling
+from graincal.inference.sampling.proposal import ProposalOutsideBox, TruncatedMixture, fit_mixture, systematic_resampling
 
 ONE = ParameterSpace({"a": (-3, 5)})
 TWO = ParameterSpace({"a": (-3, 5), "b": (0, 0.5)})

@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import qmc
 
 from graincal.data import InputError, ParameterSpace
-from graincal.inference.samples import halton, number_of_samples
+from graincal.inference.sampling.samples import halton, number_of_samples
 
 SPACE = ParameterSpace.paper()
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from graincal import Reference
-from graincal.inference.scoring import score
+from graincal.inference.likelihood.scoring import score
 
 CONTROL = np.linspace(0, 1, 400)
 

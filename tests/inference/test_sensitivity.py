@@ -7,7 +7,8 @@ import pytest
 
 from graincal import ParameterSpace, Posterior
 from graincal.inference import PosteriorFilter, Stop
-from graincal.inference.sensitivity import evidence_of_half_ranges, under_other_errors
+from graincal.inference.posterior.sensitivity import evidence_of_half_ranges, under_other_errors
+
 from .linear_curves import CORRELATION_LENGTH, curves, linear_case
 
 

@@ -5,10 +5,10 @@ import pytest
 from scipy.linalg import solve_triangular
 
 from graincal import InputError, IterativeBayesianFilter, MeasurementError, ParameterSpace, PosteriorFilter, Reference, Stop
-from graincal.inference.error_model import error_model
-from graincal.inference.errors import observable_errors, sample_errors
-from graincal.inference.scoring import score
-from graincal.inference.thinning import FEWEST, MOST, Thinning
+from graincal.inference.likelihood.error_model import error_model
+from graincal.inference.likelihood.errors import observable_errors, sample_errors
+from graincal.inference.likelihood.scoring import score
+from graincal.inference.likelihood.thinning import FEWEST, MOST, Thinning
 
 ROWS = 2000
 STRAIN = np.linspace(0, 0.2, ROWS)

@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import norm
 
 from graincal.data import InputError, Reference
-from graincal.inference.weights import (
+from graincal.inference.sampling.weights import (
     UnreachableSampleSize,
     effective_sample_size,
     error_scale,

@@ -8,9 +8,9 @@ import pytest
 
 import graincal as gc
 from graincal import InputError, TriaxialTest, demo
-from graincal.campaign.calibration import Calibration
-from graincal.campaign.config import StressPathModel
-from graincal.campaign.description import describe, restore
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.asked.description import describe, restore
+from graincal.campaign.file.config import StressPathModel
 from graincal.cli.simulate import Simulation
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS

@@ -48,7 +48,7 @@ def all_failed():
 def running(tmp_path):
     """A campaign that a reader finds before its end."""
     from graincal.campaign import Result
-    from graincal.campaign.store import Store
+    from graincal.campaign.stored.store import Store
 
     folder = tmp_path / "campaign"
     soil.calibrate(folder=folder)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.remarks import remarks
-from graincal.inference.likelihood import ReducedLikelihood
+from graincal.campaign.found.remarks import remarks
+from graincal.inference.likelihood.likelihood import ReducedLikelihood
 from graincal.report import error_terms, summarise, tables, verdict, with_matplotlib, write_report
 from graincal.report.contents import figures
 from graincal.report.drawing import Band, Points

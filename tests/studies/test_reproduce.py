@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign.run_library import Library
-from graincal.campaign.store import NAME as DATABASE
-from graincal.campaign.store import Store
+from graincal.campaign.found.run_library import Library
+from graincal.campaign.stored.store import NAME as DATABASE
+from graincal.campaign.stored.store import Store
 from graincal.dem.preparation import prepare
 from graincal.studies import paper
 from graincal.studies.hartmann2022 import STUDIES

@@ -5,35 +5,35 @@ from typing import TYPE_CHECKING
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.campaign.advice import Advice
-    from graincal.campaign.advising import advise
-    from graincal.campaign.calibration import Calibration
-    from graincal.campaign.candidate_tests import CandidateTest
-    from graincal.campaign.experiment import Experiment
-    from graincal.campaign.exploring import explore
-    from graincal.campaign.listener import Listener
-    from graincal.campaign.prediction import Prediction, predict
-    from graincal.campaign.remark import Remark
-    from graincal.campaign.result import Answer, Candidate, Result
-    from graincal.campaign.running import begin, calibrate, resume
-    from graincal.campaign.trouble import FolderError
+    from graincal.campaign.asked.calibration import Calibration
+    from graincal.campaign.asked.experiment import Experiment
+    from graincal.campaign.found.prediction import Prediction, predict
+    from graincal.campaign.found.remark import Remark
+    from graincal.campaign.found.result import Answer, Candidate, Result
+    from graincal.campaign.run.advice import Advice
+    from graincal.campaign.run.advising import advise
+    from graincal.campaign.run.candidate_tests import CandidateTest
+    from graincal.campaign.run.exploring import explore
+    from graincal.campaign.run.running import begin, calibrate, resume
+    from graincal.campaign.stored.listener import Listener
+    from graincal.campaign.stored.trouble import FolderError
 
 __all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Remark", "Result", "advise", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
     {
-        "graincal.campaign.advice": ["Advice"],
-        "graincal.campaign.advising": ["advise"],
-        "graincal.campaign.calibration": ["Calibration"],
-        "graincal.campaign.candidate_tests": ["CandidateTest"],
-        "graincal.campaign.experiment": ["Experiment"],
-        "graincal.campaign.exploring": ["explore"],
-        "graincal.campaign.listener": ["Listener"],
-        "graincal.campaign.prediction": ["Prediction", "predict"],
-        "graincal.campaign.remark": ["Remark"],
-        "graincal.campaign.result": ["Answer", "Candidate", "Result"],
-        "graincal.campaign.running": ["begin", "calibrate", "resume"],
-        "graincal.campaign.trouble": ["FolderError"],
+        "graincal.campaign.run.advice": ["Advice"],
+        "graincal.campaign.run.advising": ["advise"],
+        "graincal.campaign.asked.calibration": ["Calibration"],
+        "graincal.campaign.run.candidate_tests": ["CandidateTest"],
+        "graincal.campaign.asked.experiment": ["Experiment"],
+        "graincal.campaign.run.exploring": ["explore"],
+        "graincal.campaign.stored.listener": ["Listener"],
+        "graincal.campaign.found.prediction": ["Prediction", "predict"],
+        "graincal.campaign.found.remark": ["Remark"],
+        "graincal.campaign.found.result": ["Answer", "Candidate", "Result"],
+        "graincal.campaign.run.running": ["begin", "calibrate", "resume"],
+        "graincal.campaign.stored.trouble": ["FolderError"],
     },
 )

@@ -32,11 +32,10 @@ def advise(
 
     Each test is run at draws from the posterior, and its runs are kept in the campaign's folder. After Ctrl-C the same command goes on.
     """
-    from graincal.cli.console import PrintableConsole
-
     from graincal.campaign import Result
-    from graincal.campaign.advising import ADVICE
-    from graincal.campaign.advising import advise as advise_tests
+    from graincal.campaign.run.advising import ADVICE
+    from graincal.campaign.run.advising import advise as advise_tests
+    from graincal.cli.console import PrintableConsole
     from graincal.cli.outputs import check_outputs
     from graincal.cli.progress import Progress
 
@@ -73,7 +72,7 @@ def advise(
 def _of_file(path: Path | None) -> list:
     if path is None:
         return []
-    from graincal.campaign.candidate_files import candidate_tests
+    from graincal.campaign.run.candidate_files import candidate_tests
 
     return candidate_tests(path)
 
@@ -82,9 +81,9 @@ def _say(advice: Advice) -> None:
     """The table, and what to bear in mind."""
     import sys
 
-    from graincal.cli.console import PrintableConsole
     from rich.table import Table
 
+    from graincal.cli.console import PrintableConsole
     from graincal.notation import numbers, quantities
     from graincal.notation.markup import to_plain
     from graincal.notation.words import listed

@@ -13,7 +13,7 @@ from graincal.notation.printable import printable_json
 
 if TYPE_CHECKING:
     from graincal.campaign import Calibration, Experiment
-    from graincal.campaign.examination import Examination, Examined
+    from graincal.campaign.file.examination import Examination, Examined
     from graincal.data import Reference
 
 UNANSWERED = 2
@@ -128,8 +128,8 @@ def _describe_so_far(experiment: Examined) -> list[str]:
 
 
 def _describe(experiment: Experiment, method: str) -> list[str]:
-    from graincal.campaign.calibration import POSTERIOR
-    from graincal.campaign.errors import describe_errors
+    from graincal.campaign.asked.calibration import POSTERIOR
+    from graincal.campaign.asked.errors import describe_errors
 
     reference, lines = experiment.reference, _describe_model(experiment)
     lines += _describe_reference(reference)
@@ -172,13 +172,13 @@ def _describe_model(experiment: Experiment) -> list[str]:
 def _expectation(calibration: Calibration) -> list[str]:
     import numpy as np
 
-    from graincal.campaign.expectation import expect
-    from graincal.campaign.forecast import Forecast
-    from graincal.campaign.limits import Limits
+    from graincal.campaign.asked.limits import Limits
+    from graincal.campaign.file.expectation import expect
+    from graincal.campaign.file.forecast import Forecast
     from graincal.cli.text import duration
     from graincal.execution import available_cores
     from graincal.inference import PosteriorFilter
-    from graincal.inference.packings import PLACES, SIBLINGS
+    from graincal.inference.likelihood.packings import PLACES, SIBLINGS
 
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
     samples = len(filter.under_way[0])

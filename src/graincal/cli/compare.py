@@ -13,7 +13,7 @@ from graincal.cli.saying import say
 from graincal.data import InputError
 
 if TYPE_CHECKING:
-    from graincal.campaign.comparison import Contender
+    from graincal.campaign.found.comparison import Contender
 
 
 def compare(
@@ -33,9 +33,9 @@ def compare(
 ) -> None:
     """Rank models by how they predict a test that was held out, or else by the evidence of the references."""
     from graincal.campaign import Result
-    from graincal.campaign.comparison import compare as compare_campaigns
-    from graincal.campaign.prediction import predict
-    from graincal.campaign.reading import read_before
+    from graincal.campaign.file.reading import read_before
+    from graincal.campaign.found.comparison import compare as compare_campaigns
+    from graincal.campaign.found.prediction import predict
     from graincal.cli.comparison import Compared, calibrated_against, driven_as, read_comparison, say_how_it_was_read
     from graincal.cli.predict import chosen_experiment, predicted_test, say_if_few, say_what_runs
 

@@ -22,12 +22,11 @@ def demo(
 
     A synthetic triaxial test at known parameters, on another packing, is calibrated as if it were measured: 500 particles, all five parameters over their full ranges.
     """
-    from graincal.cli.console import PrintableConsole
-
     from graincal import demo as example
     from graincal.campaign import begin
-    from graincal.campaign.running import REPORT
+    from graincal.campaign.run.running import REPORT
     from graincal.cli.chart import chart
+    from graincal.cli.console import PrintableConsole
     from graincal.cli.options import parse_workers
     from graincal.cli.running import run
 

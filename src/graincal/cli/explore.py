@@ -26,11 +26,10 @@ def explore(
     """
     from dataclasses import replace
 
+    from graincal.campaign.asked.points import read_points
+    from graincal.campaign.file.config import read_calibration
+    from graincal.campaign.run.exploring import fill
     from graincal.cli.console import PrintableConsole
-
-    from graincal.campaign.config import read_calibration
-    from graincal.campaign.exploring import fill
-    from graincal.campaign.points import read_points
     from graincal.cli.options import parse_workers
     from graincal.cli.running import fill_and_say
 

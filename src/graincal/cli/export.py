@@ -26,7 +26,7 @@ def export(
 ) -> None:
     """Write samples, weights, errors and responses of the complete iterations for other programs."""
     from graincal.campaign import Result
-    from graincal.campaign.export import export_csv, export_json
+    from graincal.campaign.found.export import export_csv, export_json
     from graincal.cli.outputs import check_folder
 
     write = {Format.csv: export_csv, Format.json: export_json}[to]

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodF
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
-from graincal.campaign.prediction import Prediction
+from graincal.campaign.found.prediction import Prediction
 from graincal.data import InputError, Reference, Response
 from graincal.files import unwritable
 from graincal.models.stress_path import Abscissa, Panel

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from graincal.campaign import Experiment, Result
-    from graincal.campaign.prediction import Prediction
+    from graincal.campaign.found.prediction import Prediction
     from graincal.data import Reference
     from graincal.laboratory.another_file import Before
     from graincal.models import StressPathTest
@@ -50,8 +50,8 @@ def predict(
 ) -> None:
     """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
     from graincal.campaign import Result
-    from graincal.campaign.prediction import predict as predict_test
-    from graincal.campaign.reading import read_before
+    from graincal.campaign.file.reading import read_before
+    from graincal.campaign.found.prediction import predict as predict_test
     from graincal.cli.comparison import driven_as
     from graincal.cli.figures import draw_prediction
     from graincal.cli.outputs import check_outputs

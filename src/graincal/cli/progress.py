@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from graincal.campaign import Calibration, Listener
-from graincal.campaign.calibration import POSTERIOR, round_of
-from graincal.campaign.learnt import Learnt
+from graincal.campaign.asked.calibration import POSTERIOR, round_of
+from graincal.campaign.stored.learnt import Learnt
 from graincal.cli.text import duration, sparkline
 from graincal.data import Failure, Response
 from graincal.inference import Iteration

@@ -19,7 +19,7 @@ def report(
 ) -> None:
     """Write the report of a campaign's complete iterations: one HTML file."""
     from graincal.campaign import Result
-    from graincal.campaign.running import REPORT
+    from graincal.campaign.run.running import REPORT
     from graincal.cli.outputs import check_file
     from graincal.report import write_figures, write_report
     from graincal.report.write import PREDICTED

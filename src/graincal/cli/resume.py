@@ -31,8 +31,8 @@ def resume(
     With other criteria of stopping, one that is at its end goes on too, to what it would have given by them from the start.
     """
     from graincal import campaign
+    from graincal.campaign.run.exploring import go_on_filling, is_library
     from graincal.cli.options import parse_workers
-    from graincal.campaign.exploring import go_on_filling, is_library
     from graincal.cli.running import fill_and_say, run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}

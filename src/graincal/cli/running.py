@@ -12,10 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from graincal.campaign import Calibration, Listener, Result
-from graincal.campaign.doubt import Doubt
-from graincal.campaign.examination import Examination, examine
-from graincal.campaign.running import REPORT
-from graincal.campaign.store import holds_campaign
+from graincal.campaign.asked.doubt import Doubt
+from graincal.campaign.file.examination import Examination, examine
+from graincal.campaign.run.running import REPORT
+from graincal.campaign.stored.store import holds_campaign
 from graincal.cli.console import PrintableConsole
 from graincal.cli.progress import Progress
 from graincal.cli.saying import say
@@ -52,7 +52,7 @@ def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: b
 
 def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, quiet: bool) -> None:
     """Fill a library, show how it goes and say what there is."""
-    from graincal.campaign.status import status
+    from graincal.campaign.found.status import status
 
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     with stopped_in_words(folder), Progress(console) as progress:
@@ -82,11 +82,11 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
 
 def show(result: Result, folder: Path, console: Console) -> None:
     """The result in words and a table of the parameters."""
-    from graincal.campaign.recorded import in_words, recorded_of_answer
+    from graincal.campaign.found.recorded import in_words, recorded_of_answer
     from graincal.notation import numbers
+    from graincal.notation.markup import to_plain
     from graincal.report import summarise
     from graincal.report.close_fits import MARGIN, close_fits
-    from graincal.notation.markup import to_plain
 
     console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
     stopped = f", {result.stopped.sum()} stopped early, for they could not matter any more" if result.stopped.any() else ""

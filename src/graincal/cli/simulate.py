@@ -219,8 +219,8 @@ def _parse(parameters: list[str]) -> dict[str, float]:
 
 def _doubts(test: StressPathTest, theta: Mapping[str, float], at: ArrayLike) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
-    from graincal.models.plausibility import unusual_pressure
     from graincal.models.contact_parameters import unusual_parameters
+    from graincal.models.plausibility import unusual_pressure
     from graincal.models.stress_path import unusual
 
     said = unusual_parameters({name: (value,) for name, value in theta.items()})
@@ -230,7 +230,7 @@ def _doubts(test: StressPathTest, theta: Mapping[str, float], at: ArrayLike) -> 
 
 
 def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Path | None, reference: Reference | None) -> None:
-    from graincal.campaign.curves import as_table, write_curve
+    from graincal.campaign.stored.curves import as_table, write_curve
 
     if output is not None:
         write_curve(output, curve, test.control)
@@ -249,7 +249,7 @@ def _describe(curve: Response, reference: Reference | None) -> list[str]:
     if flagged := int(curve.details["flagged"]):
         lines.append(f"Warning: {flagged} of {curve.details['states']:.0f} states were not at rest within their step limit (column flagged).")
     if reference is not None:
-        from graincal.inference.errors import curve_error, observable_errors, sample_errors
+        from graincal.inference.likelihood.errors import curve_error, observable_errors, sample_errors
 
         errors = observable_errors(curve.observables(reference.names)[None], reference)
         each = ", ".join(f"{name} {error:.2f} %" for name, error in zip(reference.names, errors[0]))

@@ -17,14 +17,14 @@ _ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 
 def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False) -> None:
     """Say how far a campaign is, also while it runs elsewhere."""
-    from graincal.campaign.status import status as read_status
+    from graincal.campaign.found.status import status as read_status
 
     found = read_status(Path(folder))
     say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)))
 
 
 def _lines(status: dict[str, Any]) -> list[str]:
-    from graincal.campaign.calibration import round_of
+    from graincal.campaign.asked.calibration import round_of
     from graincal.cli.text import duration, sparkline
 
     lines = [f"{status['folder']}: {status['state']}, {status['method']}, {', '.join(status['experiments'])}"]

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from graincal.campaign import Experiment
-from graincal.campaign.calibration import Calibration
+from graincal.campaign.asked.calibration import Calibration
 from graincal.data import Failure, ParameterSpace, Reference, Response
 from graincal.dem.packing import Packing
 from graincal.inference import Stop

@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.inference.advice import Grade, grade, sample_size_advice
-    from graincal.inference.errors import curve_error
-    from graincal.inference.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
-    from graincal.inference.iteration import Iteration
+    from graincal.inference.driving.iteration import Iteration
+    from graincal.inference.driving.stop import Stop
+    from graincal.inference.iterative.advice import Grade, grade, sample_size_advice
+    from graincal.inference.iterative.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
+    from graincal.inference.likelihood.errors import curve_error
     from graincal.inference.methods import METHODS
-    from graincal.inference.posterior import Posterior
-    from graincal.inference.posterior_filter import PosteriorFilter
-    from graincal.inference.samples import number_of_samples
-    from graincal.inference.stop import Stop
+    from graincal.inference.posterior.posterior_filter import PosteriorFilter
+    from graincal.inference.sampling.posterior import Posterior
+    from graincal.inference.sampling.samples import number_of_samples
 
 DEFAULT_METHOD = "posterior"
 
@@ -36,14 +36,14 @@ __all__ = [
 __getattr__ = exported(
     __name__,
     {
-        "graincal.inference.advice": ["Grade", "grade", "sample_size_advice"],
-        "graincal.inference.errors": ["curve_error"],
-        "graincal.inference.filter": ["IterativeBayesianFilter", "SequentialMonteCarloFilter"],
-        "graincal.inference.iteration": ["Iteration"],
+        "graincal.inference.iterative.advice": ["Grade", "grade", "sample_size_advice"],
+        "graincal.inference.likelihood.errors": ["curve_error"],
+        "graincal.inference.iterative.filter": ["IterativeBayesianFilter", "SequentialMonteCarloFilter"],
+        "graincal.inference.driving.iteration": ["Iteration"],
         "graincal.inference.methods": ["METHODS"],
-        "graincal.inference.posterior": ["Posterior"],
-        "graincal.inference.posterior_filter": ["PosteriorFilter"],
-        "graincal.inference.samples": ["number_of_samples"],
-        "graincal.inference.stop": ["Stop"],
+        "graincal.inference.sampling.posterior": ["Posterior"],
+        "graincal.inference.posterior.posterior_filter": ["PosteriorFilter"],
+        "graincal.inference.sampling.samples": ["number_of_samples"],
+        "graincal.inference.driving.stop": ["Stop"],
     },
 )

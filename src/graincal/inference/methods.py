@@ -1,7 +1,7 @@
 """The filters by name."""
 
-from graincal.inference.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
-from graincal.inference.posterior_filter import PosteriorFilter
+from graincal.inference.iterative.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
+from graincal.inference.posterior.posterior_filter import PosteriorFilter
 
 METHODS = {
     "iterative-bayesian": IterativeBayesianFilter,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment, Result
-from graincal.campaign.toml import read_toml
+from graincal.campaign.file.toml import read_toml
 from graincal.data import Reference, Samples
 from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign import Result
-from graincal.campaign.remarks import ByEmulators
-from graincal.campaign.trust import allows_discrepancy
+from graincal.campaign.found.remarks import ByEmulators
+from graincal.campaign.found.trust import allows_discrepancy
 from graincal.inference import Posterior
-from graincal.inference.emulation import Emulation
-from graincal.inference.error_model import measurement_errors
-from graincal.inference.likelihood import ReducedLikelihood
-from graincal.inference.likely_runs import log_likelihoods
-from graincal.inference.posterior import PROBABILITY
-from graincal.inference.proposal import systematic_resampling
-from graincal.inference.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
+from graincal.inference.likelihood.error_model import measurement_errors
+from graincal.inference.likelihood.likelihood import ReducedLikelihood
+from graincal.inference.posterior.emulation import Emulation
+from graincal.inference.posterior.likely_runs import log_likelihoods
+from graincal.inference.posterior.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
+from graincal.inference.sampling.posterior import PROBABILITY
+from graincal.inference.sampling.proposal import systematic_resampling
 from graincal.report.groups import Group, find_groups
 
 UNSURE = 10.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
 
-from graincal.inference.reduction import columns
+from graincal.inference.likelihood.reduction import columns
 from graincal.notation.numbers import value
 from graincal.notation.quantities import quantity
 from graincal.notation.words import listed

@@ -11,8 +11,8 @@ import numpy as np
 
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration, Posterior
-from graincal.inference.advice import OPTIMAL_ERROR
-from graincal.inference.posterior import PROBABILITY
+from graincal.inference.iterative.advice import OPTIMAL_ERROR
+from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.quantities import Quantity, parameters
 from graincal.report.chance import narrowing_by_chance

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from graincal.data import ParameterSpace
 from graincal.inference import Posterior
-from graincal.inference.proposal import LEAST_WIDTH, systematic_resampling
+from graincal.inference.sampling.proposal import LEAST_WIDTH, systematic_resampling
 
 APART = 6.0
 """Standard deviations within groups that lie between the centres of two: those of one even cloud, cut into halves, are 3.5 apart."""

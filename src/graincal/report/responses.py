@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from graincal.campaign import Experiment, Result
-from graincal.inference.posterior import PROBABILITY, Posterior
+from graincal.inference.sampling.posterior import PROBABILITY, Posterior
 from graincal.notation.numbers import percent
 from graincal.notation.quantities import quantity
-from graincal.report.answer import answer_of, errors_of, recorded_errors_of
 from graincal.positions import legs
+from graincal.report.answer import answer_of, errors_of, recorded_errors_of
 from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
 from graincal.report.findings import MOST
 from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, RECORDED, REFERENCE, Style, distinct

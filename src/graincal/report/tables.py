@@ -9,11 +9,11 @@ from datetime import datetime, timezone
 import numpy as np
 
 from graincal.campaign import Calibration, Experiment, Result
-from graincal.campaign.calibration import CRITERIA
-from graincal.campaign.errors import describe_errors
-from graincal.campaign.trust import has_settled
+from graincal.campaign.asked.calibration import CRITERIA
+from graincal.campaign.asked.errors import describe_errors
+from graincal.campaign.found.trust import has_settled
 from graincal.inference import PosteriorFilter
-from graincal.inference.posterior import PROBABILITY
+from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import StressPathTest
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from graincal.campaign import Result
-from graincal.campaign.remark import CODES, Remark
-from graincal.campaign.remarks import IDENTIFIED, RIDGE, WEAKLY, WORDS, code_of, remarks
-from graincal.inference.likely_runs import WITHIN, LikelyRuns
-from graincal.inference.posterior import PROBABILITY
+from graincal.campaign.found.remark import CODES, Remark
+from graincal.campaign.found.remarks import IDENTIFIED, RIDGE, WEAKLY, WORDS, code_of, remarks
+from graincal.inference.posterior.likely_runs import WITHIN, LikelyRuns
+from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.report.emulated import Emulated
 from graincal.report.findings import FEW

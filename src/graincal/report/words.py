@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graincal.campaign import Candidate, Result
-from graincal.campaign.recorded import in_words, recorded_of_answer
+from graincal.campaign.found.recorded import in_words, recorded_of_answer
 from graincal.inference import sample_size_advice
 from graincal.notation import numbers
 from graincal.notation.markup import to_plain

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Response
-from graincal.inference.errors import curve_error
+from graincal.inference.likelihood.errors import curve_error
 from graincal.interpolation import interpolate
 
 STRESS, STRAIN, ERROR = "ε stress ratio [%]", "ε volumetric strain [%]", "ε [%]"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.campaign import Result
 from graincal.data import Response
-from graincal.inference.iteration import Iteration
+from graincal.inference.driving.iteration import Iteration
 from graincal.notation.quantities import parameters
 from graincal.studies import paper
 from graincal.studies.floors import ERROR, ERROR_OF, STRAIN, STRESS

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
-from graincal.campaign.lock import locked
-from graincal.campaign.trouble import FolderError
+from graincal.campaign.stored.lock import locked
+from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
 from graincal.files import unreadable
 from graincal.studies.settings import Setup

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from graincal.campaign import Result
 from graincal.data import Reference
-from graincal.inference.iteration import Iteration
-from graincal.inference.posterior import Posterior
+from graincal.inference.driving.iteration import Iteration
+from graincal.inference.sampling.posterior import Posterior
 from graincal.notation.quantities import quantity
 from graincal.report.drawing import Axis, Figure, Line, Panel, Points
 from graincal.report.palette import REFERENCE, Style, sequence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from graincal.campaign.prediction import draw
+from graincal.campaign.found.prediction import draw
 from graincal.data import InputError, Reference, Response
 from graincal.notation.quantities import quantity
 from graincal.report.drawing import Figure

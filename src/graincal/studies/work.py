@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Calibration, Experiment, Listener, Result
-from graincal.campaign.experiment import no_reference
-from graincal.campaign.exploring import fill, for_library, points_of
-from graincal.campaign.run_library import Library
-from graincal.campaign.provenance import provenance
-from graincal.campaign.running import begin_or_resume
-from graincal.campaign.runs import known_runs
-from graincal.campaign.store import SPENT, Store, holds_campaign
+from graincal.campaign.asked.experiment import no_reference
+from graincal.campaign.found.run_library import Library
+from graincal.campaign.found.runs import known_runs
+from graincal.campaign.run.exploring import fill, for_library, points_of
+from graincal.campaign.run.running import begin_or_resume
+from graincal.campaign.stored.provenance import provenance
+from graincal.campaign.stored.store import SPENT, Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Response
-from graincal.inference.samples import replicates
+from graincal.inference.sampling.samples import replicates
 from graincal.models import TriaxialTest
 from graincal.studies.settings import OBSERVABLES, TEST
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graincal.campaign.trouble import FolderError
+from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
 from graincal.report.with_matplotlib import save
 from graincal.studies.page import render

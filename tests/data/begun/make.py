@@ -14,8 +14,8 @@ import numpy as np
 
 import graincal as gc
 from graincal.campaign import begin
-from graincal.campaign.listener import Listener
-from graincal.campaign.provenance import provenance
+from graincal.campaign.stored.listener import Listener
+from graincal.campaign.stored.provenance import provenance
 
 HERE = Path(__file__).parent
 STRAINS = np.linspace(0.002, 0.02, 10)

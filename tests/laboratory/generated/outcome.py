@@ -31,7 +31,7 @@ class Outcome:
 
 # What a calibration will cost is another matter, and takes a short simulation.
 def _invoke(*arguments: str) -> Result:
-    with patch("graincal.campaign.expectation.expect", return_value=[]):
+    with patch("graincal.campaign.file.expectation.expect", return_value=[]):
         return CliRunner().invoke(app, list(arguments))
 
 

@@ -1,0 +1,1 @@
+"""What was asked: a calibration, its experiments, and what is assumed of them."""

@@ -1,0 +1,1 @@
+"""The run: the loop around the filter, from the first sample to the answer."""

@@ -1,0 +1,108 @@
+"""The evaluations of a campaign: samples become tasks, and what these come to is stored."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.asked.experiment import Experiment
+from graincal.campaign.stored.listener import Listener
+from graincal.campaign.stored.store import Store
+from graincal.data import Failure, Response, Samples
+from graincal.execution import Ended, Scheduler, Task
+from graincal.inference.likelihood.early_stop import EarlyStop
+
+
+class Evaluation(NamedTuple):
+    """By which a task is known: the iteration that its sample is of, the number of the experiment, and the sample's id."""
+
+    iteration: int
+    experiment: int
+    id: int
+
+
+class Evaluations:
+    """Has samples evaluated in the experiments of a calibration, and keeps each outcome in the store when it comes. stored: is told of each."""
+
+    def __init__(self, calibration: Calibration, store: Store, listeners: Sequence[Listener] = (), stored: Callable[[], None] = lambda: None) -> None:
+        self.calibration, self.store, self.listeners, self._stored = calibration, store, listeners, stored
+        self._scheduler = Scheduler(calibration.workers)
+        self._batches: dict[int, tuple[Samples, EarlyStop | None]] = {}
+        self._under_way: Counter[int] = Counter()
+
+    def until_whole(self, first: int, batches: Sequence[Samples], early_stops: Sequence[EarlyStop | None] = (None,)) -> None:
+        """Have batches evaluated in all experiments, of which the first has this number, until that one is; the others go on meanwhile.
+
+        A sample goes from one experiment to the next by itself, unless it fails or is stopped; to those who count, all that waits begins at once.
+        """
+        for index, (samples, early_stop) in enumerate(zip(batches, early_stops, strict=True), first):
+            self.store.ask(index, samples, len(self.calibration.experiments))
+            if index not in self._batches:
+                self._batches[index] = samples, early_stop
+                self._give_batch(index, samples, early_stop)
+        self._until_ended(first)
+
+    def of_one(self, iteration: int, number: int, samples: Samples, experiment: Experiment) -> None:
+        """Have samples evaluated in one experiment, by whatever model it has here, to their ends."""
+        self._submit(iteration, self._tasks(iteration, number, samples, experiment))
+        self._until_ended(iteration)
+
+    def close(self) -> None:
+        """End what is under way, and keep what has ended."""
+        self._scheduler.close()
+        for ended in self._scheduler.ended():
+            self._record(ended)
+
+    def _until_ended(self, iteration: int) -> None:
+        while self._under_way[iteration]:
+            self._next()
+
+    def _next(self) -> None:
+        """Wait for an evaluation to end and keep its outcome. The sample goes from one experiment to the next, unless it fails or is stopped."""
+        name, outcome = self._record(self._scheduler.next())
+        if name.iteration in self._batches and isinstance(outcome, Response) and not outcome.stopped and name.experiment + 1 < len(self.calibration.experiments):
+            samples, early_stop = self._batches[name.iteration]
+            self._give(name.iteration, name.experiment + 1, samples.take(samples.ids == name.id), early_stop)
+
+    def _give_batch(self, index: int, samples: Samples, early_stop: EarlyStop | None) -> None:
+        begun = np.zeros(len(samples), dtype=bool)
+        for number, experiment in enumerate(self.calibration.experiments):
+            waiting = np.isin(samples.ids, self.store.waiting(index, number))
+            if waiting.any():
+                for listener in self.listeners:
+                    listener.experiment_begins(index, experiment.name, int(waiting.sum()), len(samples))
+            self._give(index, number, samples.take(waiting & ~begun), early_stop)
+            begun |= waiting
+
+    def _give(self, iteration: int, number: int, samples: Samples, early_stop: EarlyStop | None) -> None:
+        if len(samples):
+            self._submit(iteration, self._tasks(iteration, number, samples, self.calibration.experiments[number], early_stop))
+
+    def _submit(self, iteration: int, tasks: Sequence[Task]) -> None:
+        self._under_way[iteration] += len(tasks)
+        self._scheduler.submit(tasks)
+
+    def _tasks(self, iteration: int, number: int, samples: Samples, experiment: Experiment, early_stop: EarlyStop | None = None) -> list[Task]:
+        def hopeless(id: int, response: Response) -> bool:
+            return early_stop.hopeless(number, id, experiment.so_far(response))
+
+        tasks = experiment.tasks(self.calibration.space.seen_by(number, samples))
+        names = [Evaluation(iteration, number, int(id)) for id in samples.ids]
+        return [replace(task, name=name, order=(iteration, number), watch=partial(hopeless, name.id) if early_stop else None) for name, task in zip(names, tasks)]
+
+    def _record(self, ended: Ended) -> tuple[Evaluation, Response | Failure]:
+        name = ended.task.name
+        experiment = self.calibration.experiments[name.experiment]
+        outcome = experiment.compared(ended.outcome)
+        self.store.record(name.id, name.experiment, outcome, ended.attempts)
+        self._under_way[name.iteration] -= 1
+        self._stored()
+        for listener in self.listeners:
+            listener.evaluated(name.id, experiment.name, outcome)
+        return name, outcome

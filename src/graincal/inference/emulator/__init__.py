@@ -1,0 +1,1 @@
+"""What a response would be where nothing was evaluated."""

@@ -1,0 +1,1 @@
+'''"iterative-bayesian", the method of Hartmann, Cheng, Thornton (2022).'''

@@ -1,0 +1,1 @@
+"""How probable a reference is, given a response: what its errors are, and at which states it is compared."""

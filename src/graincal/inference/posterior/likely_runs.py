@@ -1,0 +1,71 @@
+"""The runs that fit about as well as the answer does, each by its own response: known at any moment, and without an emulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import Reference
+from graincal.inference.driving.evaluations import Evaluations
+from graincal.inference.likelihood.error_model import ErrorModel
+from graincal.inference.likelihood.likelihood import log_likelihood, marginal
+
+WITHIN = 2.0
+"""Standard deviations of the log likelihood below what the answer has, within which a run fits about as well."""
+
+HARDLY = 0.1
+"""Of the standard deviation that a posterior has by itself: runs at one place whose log likelihoods differ by less do not tell how well others have to fit."""
+
+
+@dataclass(frozen=True)
+class LikelyRuns:
+    """count: how many there are. low, high (n,): the ends of the values that they have, of each parameter.
+
+    least: the log likelihood from which a run is one of them. repeated: how many runs at the answer that was found by; 0 where it is by the most likely run, for the answer has
+    not been run again yet, or the runs there hardly differ.
+    """
+
+    count: int
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    least: float
+    repeated: int
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are so many that they can outline a range: more than there are parameters."""
+        return self.count > len(self.low)
+
+
+def likely_runs(evaluations: Evaluations, references: Sequence[Reference], errors: Sequence[ErrorModel], at_answer: int = 0) -> LikelyRuns | None:
+    """Of evaluations that have whole responses, under the errors that the posterior counts (an `ErrorModel` for each reference); None where none has. at_answer: how many of
+    the last were made at the answer. Those with a response are always among them.
+
+    A run fits about as well if its log likelihood is at most two standard deviations below the mean of those of the runs at the answer. Where these do not tell, it is at most two
+    times √(n / 2) below the largest: that is the standard deviation of the log likelihood over a Gaussian posterior of n parameters, for twice its distance from the largest has the
+    chi-squared distribution of n degrees of freedom.
+    """
+    usable = evaluations.usable
+    if not usable.any():
+        return None
+    logs = log_likelihoods(evaluations, references, errors)
+    there = usable & (np.arange(len(evaluations)) >= len(evaluations) - at_answer)
+    own = np.sqrt(evaluations.space.size / 2)
+    tells = there.sum() > 1 and np.std(logs[there], ddof=1) > HARDLY * own
+    middle, deviation = (logs[there].mean(), np.std(logs[there], ddof=1)) if tells else (logs.max(), own)
+    least = middle - WITHIN * deviation
+    theta = evaluations.theta[(logs >= least) | there]
+    return LikelyRuns(len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0)
+
+
+def log_likelihoods(evaluations: Evaluations, references: Sequence[Reference], errors: Sequence[ErrorModel]) -> NDArray[np.float64]:
+    """The log likelihood of each evaluation by its own response, (N,), which a run that fits about as well has at least `LikelyRuns.least` of; -inf without a whole response."""
+    usable = evaluations.usable
+    logs = np.full(len(evaluations), -np.inf)
+    logs[usable] = sum(
+        marginal(log_likelihood(responses[usable], reference, model), model.log_prior) for responses, reference, model in zip(evaluations.responses, references, errors)
+    )
+    return logs

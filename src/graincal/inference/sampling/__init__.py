@@ -1,0 +1,1 @@
+"""Samples, the densities that they are drawn from, and their weights."""

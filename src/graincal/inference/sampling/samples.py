@@ -1,0 +1,53 @@
+"""Where samples lie in the box: those of iteration 0, and how many they are; and the same parameters several times."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graincal.data import InputError, ParameterSpace
+
+MOST_SAMPLES = 1_000_000
+
+APART = 1e-6
+"""How far apart samples are that stand for the same parameters, in parts of the ranges: enough to be another run in float32 too."""
+
+
+def number_of_samples(parameters: int, alpha: float = 10) -> int:
+    """The samples of each iteration, N = alpha n ln n rounded to the nearest integer, and at least 2 alpha.
+
+    The lower bound only matters for one or two parameters, where n ln n is 0 and 1.4.
+    Source: Hartmann, Cheng, Thornton (2022), Eq. 4; alpha = 10 and n = 5 give 80.
+    Raises InputError if alpha is not a positive number or leaves fewer than two samples.
+
+    >>> number_of_samples(5)
+    80
+    """
+    if not (math.isfinite(alpha) and alpha > 0):
+        raise InputError(f"filter.alpha must be a positive number, not {alpha}.")
+    count = round(alpha * max(2.0, parameters * math.log(parameters)))
+    if count > MOST_SAMPLES:
+        raise InputError(f"filter.alpha = {alpha:g} asks for {count} samples an iteration, and at most {MOST_SAMPLES} can be held.")
+    if count < 2:
+        raise InputError(f"filter.alpha = {alpha} leaves {count} samples for {parameters} parameter(s), and at least 2 are needed.")
+    return count
+
+
+def halton(space: ParameterSpace, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """`count` points (count, n) that fill the box evenly: a scrambled Halton sequence.
+
+    Scrambling makes every point uniform on the box; the plain sequence begins in its corner.
+    """
+    from scipy.stats import qmc
+
+    unit = qmc.Halton(d=space.size, scramble=True, seed=rng).random(count)
+    # low + 1 * (high - low) may round to the number after high.
+    return np.clip(space.from_unit(unit), space.low, space.high)
+
+
+def replicates(theta: NDArray[np.float64], count: int, space: ParameterSpace) -> NDArray[np.float64]:
+    """The same parameters (n,) so many times, (count, n): a millionth of the ranges apart, or a deterministic simulator would give the same run each time."""
+    inwards = np.where(theta < 0.5 * (space.low + space.high), 1.0, -1.0)
+    return theta + APART * np.arange(count)[:, None] * inwards * (space.high - space.low)
