@@ -10,7 +10,7 @@ import graincal as gc
 from graincal import demo
 from graincal.campaign import Calibration, Result
 from graincal.campaign.asked.description import describe, restore
-from graincal.campaign.file.config import ExperimentEntry
+from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.campaign.found.runs import known_runs
 from graincal.cli.comparison import Compared, driven_as, read_comparison
 from graincal.cli.figures import draw_references

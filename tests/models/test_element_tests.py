@@ -10,7 +10,7 @@ import graincal as gc
 from graincal import InputError, TriaxialTest, demo
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.description import describe, restore
-from graincal.campaign.file.config import StressPathModel
+from graincal.campaign.file.models import StressPathModel
 from graincal.cli.simulate import Simulation
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from graincal.campaign import Experiment, Result
-from graincal.campaign.file.config import ExperimentEntry, read_references
+from graincal.campaign.file.config import read_references
+from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.cli.saying import say
 from graincal.data import InputError, Reference
 from graincal.laboratory.another_file import Before, read_another

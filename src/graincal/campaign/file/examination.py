@@ -16,8 +16,10 @@ from graincal.campaign.asked.limits import Limits
 from graincal.campaign.asked.tested import OTHER, Tested
 from graincal.campaign.file import laboratory_evidence
 from graincal.campaign.file.check_marks import check_marks
-from graincal.campaign.file.config import CalibrationFile, ExperimentEntry, FunctionModel, build_calibration, parse, validated
+from graincal.campaign.file.config import CalibrationFile, build_calibration, parse, validated
 from graincal.campaign.file.doubts import doubts, doubts_of_reference, thinning_notes
+from graincal.campaign.file.experiments import ExperimentEntry
+from graincal.campaign.file.models import FunctionModel
 from graincal.campaign.file.questions import OpenQuestion, Proposed, open_questions, without_questions
 from graincal.campaign.file.unused_keys import unused_in_experiment, unused_in_file
 from graincal.data import InputError, Reference

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from graincal.campaign.asked.doubt import Doubt
-from graincal.campaign.file.config import ExperimentEntry, ReferenceFile
+from graincal.campaign.file.experiments import ExperimentEntry, ReferenceFile
 from graincal.data import InputError
 from graincal.laboratory import Decision, Known, Understanding, understand
 from graincal.laboratory.decisions import UNANSWERED

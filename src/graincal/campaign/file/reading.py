@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import ValidationError
 
 from graincal.campaign.asked.calibration import Calibration
-from graincal.campaign.file.config import ReferenceFile
+from graincal.campaign.file.experiments import ReferenceFile
 from graincal.campaign.file.toml import NotTOML, read_toml
 from graincal.laboratory.another_file import Before
 

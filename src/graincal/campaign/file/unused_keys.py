@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from graincal.campaign.asked.calibration import POSTERIOR
 from graincal.campaign.asked.doubt import Doubt
-from graincal.campaign.file.config import CalibrationFile, ExperimentEntry, FunctionModel
+from graincal.campaign.file.config import CalibrationFile
+from graincal.campaign.file.experiments import ExperimentEntry
+from graincal.campaign.file.models import FunctionModel
 from graincal.data import Reference
 from graincal.laboratory.quantities import COMPRESSED, SIGNED, STRAINS
 from graincal.models import TriaxialTest, stress_path

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign.file.config import ExperimentEntry, read_entries
+from graincal.campaign.file.config import read_entries
+from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.campaign.run.candidate_tests import CONTROLS, LAST_STRAIN, LAST_STRESS, CandidateTest, rows_to
 from graincal.data import InputError
 from graincal.models import Model, StressPathTest

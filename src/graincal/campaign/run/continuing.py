@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration
-from graincal.campaign.file.config import RunSection
+from graincal.campaign.file.options import RunSection
 from graincal.campaign.file.section import sentences
 from graincal.campaign.file.toml import read_toml
 from graincal.campaign.found.replay import runs_at_answer, tell
