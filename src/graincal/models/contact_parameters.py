@@ -53,16 +53,19 @@ def unusual_parameters(values: Mapping[str, tuple[float, ...]]) -> list[str]:
 
 def check_units(space: ParameterSpace) -> None:
     """Raise InputError for a unit that a contact parameter does not have: values are never converted."""
-    for name, unit in zip(space.names, space.units):
+    for name, unit in (*zip(space.names, space.units), *space.units_of_fixed.items()):
         known = UNITS.get(name, _NO_UNIT)
         if name in PARAMETERS and unit and unit not in known:
             raise InputError(
-                f'parameters.{name}.unit must be "{known[0]}" or left out, in which the contact law takes {name}, not "{unit}": nothing is converted, so write the range in that unit.'
+                f'parameters.{name}.unit must be "{known[0]}" or left out, in which the contact law takes {name}, not "{unit}": nothing is converted, so write the {"value" if name in space.fixed else "range"} in that unit.'
             )
 
 
 def check_ranges(space: ParameterSpace, law: str) -> None:
-    """Raise InputError for a range in which the contact law does not mean something throughout."""
+    """Raise InputError for a range in which the contact law does not mean something throughout, and for such a value of a parameter that is fixed."""
+    for name, value in space.fixed.items():
+        if name in PARAMETERS and outside(name, value, law):
+            raise InputError(f"parameters.{name}.fixed must be {limits_of(name, law)}, where the contact law means something, not {value:g}{meant(name, value)}.")
     for name, low, high in zip(space.names, space.low, space.high):
         if name not in PARAMETERS:
             continue

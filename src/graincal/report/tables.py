@@ -16,6 +16,7 @@ from graincal.inference import PosteriorFilter
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import StressPathTest
 from graincal.notation import numbers
+from graincal.notation.prior import beside_ranges
 from graincal.notation.quantities import parameters, quantity
 from graincal.report.emulated import Emulated
 from graincal.report.findings import Finding
@@ -52,6 +53,11 @@ def of_parameters(result: Result, findings: tuple[Finding, ...]) -> Table:
         row += [numbers.value(candidate.theta[k]) for candidate in candidates.values()]
         rows.append(tuple(row))
     return Table(tuple(head), tuple(rows))
+
+
+def of_prior(result: Result) -> list[str]:
+    """Sentences on the prior beside its ranges; mostly none."""
+    return beside_ranges(result.space)
 
 
 def of_groups(result: Result) -> Table | None:

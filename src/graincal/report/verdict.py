@@ -91,6 +91,8 @@ def _evidence(emulated: Emulated) -> str:
     result = emulated.result
     half, deviation = emulated.evidence_of_half_ranges, result.learnt[-1].log_evidence_std
     halved = f"{half:.2f} if each range were half as wide about the posterior's mean" if np.isfinite(half) else "nothing would be left of it in half of each range about the posterior's mean"
+    if np.isnan(half):
+        halved = "what it would be in half of each range is not known, for the constraints leave too little of that"
     return (
         f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(deviation, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
         f"possible and over the draws that estimate it), and {halved}: it depends on the ranges. "

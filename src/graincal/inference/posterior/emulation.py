@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq, differential_evolution, minimize
 
 from graincal.data import ParameterSpace, Reference
 from graincal.inference.driving.evaluations import Evaluations
@@ -37,6 +38,9 @@ FEWEST = 30
 
 # The answer is sought from so many of the best samples and evaluations on.
 SEARCHES = 4
+
+# Where there are constraints, from so many for each parameter, in so many generations at most.
+MEMBERS, FEWEST_MEMBERS, GENERATIONS = 15, 30, 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,6 +300,8 @@ def _best_expected(
 ) -> NDArray[np.float64]:
     """Where the log likelihood expected at points of the unit cube is the largest, from the best of the starts (M, n) on; where parameters are rather feasible than not, as far as there are such starts."""
     order = np.argsort(-expected(starts), kind="stable")
+    if space.constraints:
+        return _best_allowed(expected, space, starts[order], impossible)
     step = 1e-4 * np.eye(space.size)
 
     def downhill(point: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
@@ -305,3 +311,28 @@ def _best_expected(
     searches = [minimize(downhill, starts[row], jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50}) for row in order[:SEARCHES]]
     points = _feasible(np.concatenate([starts[order[:1]], [search.x for search in searches]]), impossible)
     return np.clip(space.from_unit(points[np.argmax(expected(points))]), space.low, space.high)
+
+
+def _best_allowed(
+    expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64], impossible: Chance | None
+) -> NDArray[np.float64]:
+    """The same where constraints hold, which have no gradient; starts: the best first."""
+    starts = starts[space.allows(starts)]
+    feasible = _feasible(starts, impossible)
+    kept_out = impossible is not None and np.all(impossible.of(feasible) < 0.5)
+
+    def downhill(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        possible = space.allows(points.T)
+        if kept_out and possible.any():
+            possible[possible] = impossible.of(points.T[possible]) < 0.5
+        logs = np.full(points.shape[1], np.inf)
+        if possible.any():
+            logs[possible] = -expected(points.T[possible])
+        return logs
+
+    with warnings.catch_warnings():
+        # Of places where there is no likelihood, and of a search that is ended by its limit.
+        warnings.simplefilter("ignore")
+        members = feasible[: max(FEWEST_MEMBERS, MEMBERS * space.size)]
+        found = differential_evolution(downhill, [(0, 1)] * space.size, init=members, maxiter=GENERATIONS, seed=0, polish=False, vectorized=True, updating="deferred")
+    return np.clip(space.from_unit(found.x), space.low, space.high)
