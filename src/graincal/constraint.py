@@ -13,12 +13,13 @@ from graincal.notation.expression import Expression, NotAnExpression
 from graincal.notation.printable import printable
 from graincal.suggestion import did_you_mean
 
-# The part of the box that is left is measured by so many independent quasi-random sequences, whose spread tells how well it is known; each grows from the first to the last of these lengths until the standard
-# error is small enough, a quarter of a percent: then the part is known to 1 % for sure.
-SEQUENCES, FIRST, LAST, EXACT = 16, 1 << 12, 1 << 20, 0.0025
+# The part of the box that is left is measured by so many independent quasi-random sequences, whose spread tells how well it is known: 1 % is two and a half standard errors of this size. Each grows from the
+# first to the last of these lengths until that is reached, in pieces that fit into memory.
+SEQUENCES, EXACT = 16, 0.004
+FIRST, PIECE, LAST = 1 << 12, 1 << 17, 1 << 22
 
-# Where none of so many points is left, there is no use in more.
-NONE_OF = 1 << 20
+# Where none of so many points is left, or it is clear by then that even the longest sequences would miss that by this factor, there is no use in more.
+NONE_OF, HOPELESS = 1 << 20, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +81,19 @@ def left(constraints: Sequence[Constraint], size: int, from_unit: Callable[[NDAr
     """
     from scipy.stats import qmc
 
-    sequences = [qmc.Sobol(d=size, scramble=True, seed=np.random.default_rng([0, number])) for number in range(SEQUENCES)]
-    met, kept, sums = np.zeros(len(constraints)), np.zeros(SEQUENCES), np.zeros((2, size))
+    # Parameters that no constraint names are as they were, and the fewer dimensions, the evener the sequences.
+    named = sorted({column for constraint in constraints for column in constraint.columns.values()})
+    sequences = [qmc.Sobol(d=len(named), scramble=True, seed=np.random.default_rng([0, number])) for number in range(SEQUENCES)]
+    met, kept, sums = np.zeros(len(constraints)), np.zeros(SEQUENCES), np.zeros((2, len(named)))
     length = 0
     while length < LAST:
-        more = max(length, FIRST)
+        more = min(max(length, FIRST), PIECE)
         for number, sequence in enumerate(sequences):
-            unit = sequence.random(more)
-            each = np.array([constraint.holds(theta) for theta in [from_unit(unit)] for constraint in constraints])
-            inside = unit[each.all(axis=0)]
+            unit = np.full((more, size), 0.5)
+            unit[:, named] = sequence.random(more)
+            theta = from_unit(unit)
+            each = np.array([constraint.holds(theta) for constraint in constraints])
+            inside = unit[each.all(axis=0)][:, named]
             met += each.sum(axis=1)
             kept[number] += len(inside)
             sums += inside.sum(axis=0), (inside**2).sum(axis=0)
@@ -96,8 +101,12 @@ def left(constraints: Sequence[Constraint], size: int, from_unit: Callable[[NDAr
         share, error = kept.mean() / length, kept.std(ddof=1) / np.sqrt(SEQUENCES) / length
         if error <= EXACT * share and share > 0:
             first, second = sums / kept.sum()
+            deviation = np.full(size, 1 / np.sqrt(12))
+            deviation[named] = np.sqrt(second - first**2)
             idle = tuple(constraint.source for constraint, count in zip(constraints, met) if count == SEQUENCES * length)
-            return Left(float(share), np.sqrt(second - first**2), idle)
+            return Left(float(share), deviation, idle)
+        if share > 0 and error * np.sqrt(length / LAST) > HOPELESS * EXACT * share and SEQUENCES * length >= NONE_OF:
+            break
         if not kept.any() and SEQUENCES * length >= NONE_OF:
             raise InputError(f"{_named(constraints)}: of {SEQUENCES * length:,} points that fill the ranges none is left; constraints that can be met within the ranges were expected.")
     raise InputError(

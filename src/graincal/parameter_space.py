@@ -130,7 +130,7 @@ class ParameterSpace:
     def check_constraints(self) -> None:
         """Raise InputError where the constraints leave nothing, or where one of them leaves everything."""
         if self.constraints and (idle := self._left.idle):
-            raise InputError(f'constraint.require: "{idle[0]}" holds all over the ranges, so that it would change nothing; a condition that excludes some of them was expected.')
+            raise InputError(f'constraint.require = "{idle[0]}" holds all over the ranges, so that it would change nothing; a condition that excludes some of them was expected.')
 
     def contains(self, theta: ArrayLike) -> NDArray[np.bool_]:
         """Which rows of theta (N, n) the prior holds possible, in the box and where all constraints hold: (N,)."""
@@ -214,6 +214,9 @@ class ParameterSpace:
             expected = [name if number is None else _of_experiment(name, experiments, number) for name, number in zip(self.parameters, self.experiments)]
             if list(self.names) != expected:
                 raise InputError(f"parameters: {', '.join(self.names)} are those of other experiments than {', '.join(experiments)}.")
+            return self
+        if not self.per_experiment:
+            # The same, with what was found of its constraints.
             return self
         own = self.per_experiment if len(experiments) > 1 else ()
         columns = [(k, number) for k, name in enumerate(self.names) for number in (range(len(experiments)) if name in own else (None,))]
