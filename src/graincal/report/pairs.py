@@ -18,7 +18,7 @@ from graincal.inference import Iteration
 from graincal.notation.numbers import count, percent, short, signed
 from graincal.notation.quantities import Quantity, parameters
 from graincal.parameter_space import LOG
-from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Panel, Points
+from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Panel, Points, tick_text
 from graincal.report.findings import effective_samples, telling_correlation
 from graincal.report.groups import Group, find_groups
 from graincal.report.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
@@ -118,7 +118,7 @@ def few_powers(low: float, high: float) -> tuple[tuple[float, str], ...]:
         inside = [tick for tick in ticks if low * edge <= tick <= high / edge]
         if len(inside) > 1:
             break
-    return tuple((tick, short(tick)) for tick in (inside[0], inside[-1]))
+    return tuple((tick, tick_text(tick)) for tick in (inside[0], inside[-1]))
 
 
 def histogram(samples: NDArray[np.float64], weights: NDArray[np.float64], bins: int, axis: Axis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
