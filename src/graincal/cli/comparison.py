@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from graincal.campaign import Experiment, Result
+from graincal.campaign import Experiment
 from graincal.campaign.file.config import read_references
 from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.cli.saying import say
@@ -22,6 +22,7 @@ from graincal.models import OedometricTest, StressPathTest, TriaxialTest, Undrai
 from graincal.models.compression import CompressionTest
 from graincal.models.stress_path import RETURNED, STRAINS
 from graincal.positions import POSITION
+from graincal.result import Result
 
 OTHER_PRESSURE = 0.05
 """Of a confining pressure: within it a test was made at the same one."""

@@ -8,8 +8,9 @@ import shlex
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Experiment, Result
+from graincal.campaign import Experiment
 from graincal.campaign.file.toml import read_toml
+from graincal.campaign.found.record import Record
 from graincal.data import Reference, Samples
 from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS
@@ -75,7 +76,7 @@ def _with_turns(test: StressPathTest, control: NDArray[np.float64]) -> NDArray[n
     return rows[apart]
 
 
-def comparison(result: Result, experiment: Experiment) -> str:
+def comparison(result: Record, experiment: Experiment) -> str:
     """The calibration file that --at finds the reference of an experiment in, which is then the only one that it may mean; empty where there is none."""
 
     def may_be_meant(model: Model) -> bool:
