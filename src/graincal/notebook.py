@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import MeasurementError, Reference
 from graincal.notation.markup import to_html
 from graincal.notation.quantities import Quantity, quantity
+
+if TYPE_CHECKING:
+    from graincal.data import MeasurementError, Reference
 
 FEW = 60
 """Rows up to which each is drawn as a point."""

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
-from graincal.campaign.file.toml import read_toml
 from graincal.campaign.found.record import Record
 from graincal.data import Reference, Samples
 from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_parameters import PARAMETERS
 from graincal.models.stress_path import STRAINS
+from graincal.notation.toml import read_toml
 from graincal.positions import POSITION, positions
 
 PLACEHOLDER = "packing.csv"
