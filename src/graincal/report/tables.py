@@ -19,6 +19,7 @@ from graincal.inference import PosteriorFilter
 from graincal.inference.sampling.groups import find_groups
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import StressPathTest
+from graincal.models.contact_laws import DEFAULT_LAW
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
 from graincal.report.run_times import failure_kinds
@@ -222,7 +223,7 @@ def _model(experiment: Experiment) -> str:
         return (
             f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
             f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.packing.void_ratio:.3f}, {model.density_in_words}"
-            + ("" if model.law == "linear" else f", contact law {model.law}")
+            + ("" if model.law == DEFAULT_LAW else f", contact law {model.law}")
             + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
             + (f", {model.turns_in_words}" if model.turns_in_words else "")
