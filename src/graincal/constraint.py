@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.input_error import InputError
+from graincal.errors import InputError
 from graincal.notation.expression import Expression, NotAnExpression
 from graincal.notation.printable import printable
 from graincal.suggestion import did_you_mean

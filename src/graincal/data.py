@@ -6,15 +6,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.input_error import InputError, read_only
+from graincal.arrays import read_only
+from graincal.errors import InputError
 from graincal.notation.printable import as_text, printable
 from graincal.parameter_space import ParameterSpace, Samples
 
 __all__ = ["LONGEST_NAME", "Failure", "InputError", "MeasurementError", "ParameterSpace", "Reference", "Response", "Samples"]
+
+if TYPE_CHECKING:
+    from graincal.laboratory import Test
 
 
 @dataclass(frozen=True)
@@ -187,13 +192,18 @@ class Reference:
     def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
         """Read a laboratory file into SI units and fractions.
 
-        observables: names, or a mapping of names to variance shares. recorded: names of what is read beside them and not fitted. Other options and errors are those of `graincal.laboratory.read_reference`, which are also the keys of
+        observables: names, or a mapping of names to variance shares. recorded: names of what is read beside them and not fitted. Other options and errors are those of `graincal.laboratory.read_test`, which are also the keys of
         [experiment.reference] in a calibration file: columns (by header, number or letter), units, strain, compression, unloading, until, stage, rows, zero, sheet, encoding,
         sample_volume, sample_height, confining_pressure, turns; and measurement_errors.
         """
-        from graincal.laboratory import read_reference
+        from graincal.laboratory import read_test
 
-        return read_reference(path, control=control, observables=observables, **options)
+        return cls.of(read_test(path, control=control, observables=observables, **options))
+
+    @classmethod
+    def of(cls, test: Test) -> Reference:
+        """The reference that a laboratory file was read as."""
+        return cls(**vars(test))
 
 
 @dataclass(frozen=True, eq=False)

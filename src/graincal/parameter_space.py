@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from graincal.arrays import read_only
 from graincal.constraint import Constraint, Left, left
-from graincal.input_error import InputError, read_only
+from graincal.errors import InputError
 from graincal.notation.printable import printable
 from graincal.suggestion import did_you_mean
 

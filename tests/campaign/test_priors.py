@@ -17,7 +17,7 @@ from graincal.campaign.found.runs import known_runs
 from graincal.campaign.found.status import status
 from graincal.campaign.stored.store import Store
 from graincal.inference.sampling.samples import middle_of
-from graincal.models.contact_parameters import check_ranges, check_units
+from graincal.models.contact_laws import check_ranges, check_units
 
 from .hyperbola import STRAIN, write_calibration
 from .test_campaign import assert_same
@@ -229,8 +229,8 @@ def test_each_mistake_is_one_sentence_with_the_file_and_the_key(tmp_path, old, n
 
 def test_contact_parameters_that_are_fixed_are_checked_as_others_are():
     space = gc.ParameterSpace({"phi": (10, 50), "nu": 0.2, "log_E": 1e9}, units={"log_E": "Pa"})
-    with pytest.raises(gc.InputError, match="parameters.log_E.fixed must be at least 0 and below 20, where the contact law means something, not 1e\\+09; for a modulus of 1e\\+09 Pa write 9"):
+    with pytest.raises(gc.InputError, match="parameters.log_E.fixed must be a number at least 0 and below 20, where the contact law means something, not 1e\\+09; for a modulus of 1e\\+09 Pa write 9"):
         check_ranges(space, "linear")
     with pytest.raises(gc.InputError, match='parameters.log_E.unit must be "log10 Pa" or left out, .* so write the value in that unit'):
-        check_units(space)
+        check_units(space, "linear")
 

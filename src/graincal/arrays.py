@@ -1,21 +1,11 @@
-"""The one error for what a user gave and cannot be used, and numbers that are checked as they enter."""
+"""Numbers that are checked as they enter."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.notation.printable import printable
-
-LONGEST_MESSAGE = 10_000
-"""Characters of a message: a list of many columns is long."""
-
-
-class InputError(ValueError):
-    """What a user gave cannot be used. The message is one sentence that names the place and what was expected; whatever it quotes is made printable in it."""
-
-    def __init__(self, message: object = "") -> None:
-        super().__init__(printable(message, LONGEST_MESSAGE, lines=True))
+from graincal.errors import InputError
 
 
 def read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
