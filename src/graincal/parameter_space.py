@@ -115,6 +115,11 @@ class ParameterSpace:
         return self.log_box_volume + float(np.log(self.part)) if self.constraints else self.log_box_volume
 
     @property
+    def is_even(self) -> bool:
+        """Whether the prior of each parameter is even over its range."""
+        return not self.constraints and LOG not in self.scales
+
+    @property
     def part(self) -> float:
         """The part of the box's volume that constraints leave."""
         return self._left.share if self.constraints else 1.0

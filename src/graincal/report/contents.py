@@ -81,7 +81,7 @@ def _compose_posterior(page: Page, result: Record, emulated: Emulated | None, fi
     """What the method "posterior" found."""
     page.items(verdict.found(result, emulated))
     if emulated:
-        page.paragraph([verdict.rule()], "note")
+        page.paragraph([verdict.rule(result.space)], "note")
         page.paragraph([verdict.emulator_rule()], "note")
     page.paragraph([errors_rule()], "note")
     figure_of("responses", "Reference and responses")

@@ -16,7 +16,6 @@ from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.inference.sampling.samples import halton
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
-from graincal.parameter_space import LOG
 from graincal.report.pairs import axis_of_parameter, bare, bars, cell, centres, ends, histogram, in_lines, truth_of_pair, truth_of_parameter
 from graincal.report.responses import NOT_FITTED, UNSEEN, bands, control_axis, measured_points, on_axis, prefix, side_by_side
 
@@ -82,7 +81,7 @@ def draw_emulated_pairs(emulated: Emulated) -> Figure:
     axes = [_axis(emulated, k, in_lines(shown.axis)) for k, shown in enumerate(parameters(space))]
     n = len(axes)
     title = f"The posterior, by {DRAWN} of its samples."
-    said = f"Histograms are of the probability; the dotted line is the prior{', even over the whole range' if is_even(space) else ''}. Axes span the posterior, grey lines are ends of a range."
+    said = f"Histograms are of the probability; the dotted line is the prior{', even over the whole range' if space.is_even else ''}. Axes span the posterior, grey lines are ends of a range."
     if n == 1:
         panel = Panel("", axes[0], Axis("probability [-]"), _histogram(emulated, 0, axes[0]))
         return Figure("posterior", title, said, (panel,))
@@ -155,16 +154,11 @@ def _panel(emulated: Emulated, axes: list[Axis], row: int, column: int) -> Panel
 def _prior(space: ParameterSpace, k: int, edges: Array) -> Mark:
     """The prior's probability in the bins of a parameter's histogram."""
     style = replace(LIMIT, dash="dot")
-    if is_even(space):
+    if space.is_even:
         return Level(float((edges[1] - edges[0]) / (space.high[k] - space.low[k])), style, "prior")
     theta = halton(space, OF_PRIOR, np.random.default_rng(0))
     heights, _ = np.histogram(theta[:, k], bins=edges)
     return Line(np.repeat(edges, 2)[1:-1], np.repeat(heights / OF_PRIOR, 2), style, "prior")
-
-
-def is_even(space: ParameterSpace) -> bool:
-    """Whether the prior of each parameter is even over its range."""
-    return not space.constraints and LOG not in space.scales
 
 
 def _histogram(emulated: Emulated, k: int, axis: Axis) -> tuple[Mark, ...]:
