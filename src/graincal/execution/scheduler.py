@@ -164,7 +164,7 @@ class _Pool:
     """Tasks that wait for places, of which there are so many, and how many are taken."""
 
     def __init__(self, most: float) -> None:
-        self._most = most
+        self.most = most
         self._taken = 0.0
         self._waiting: list[tuple] = []
         self._running: Counter[Hashable] = Counter()
@@ -180,7 +180,7 @@ class _Pool:
 
     def take(self) -> Task | None:
         """The first task that waits, with the places that it takes; None where these are not free. Those whose limit is reached stand aside until one like them ends."""
-        while self._waiting and self._taken + self._places(task := self._waiting[0][-1]) <= self._most:
+        while self._waiting and self._taken + self._places(task := self._waiting[0][-1]) <= self.most:
             entry, limit = heappop(self._waiting), task.limit
             if limit is not None and self._running[limit.name] >= limit.most:
                 heappush(self._held.setdefault(limit.name, []), entry)
@@ -200,7 +200,7 @@ class _Pool:
                 heappush(self._waiting, heappop(held))
 
     def _places(self, task: Task) -> float:
-        return min(task.cores, self._most)
+        return min(task.cores, self.most)
 
 
 def run(tasks: Sequence[Task], workers: int | Literal["all"] = "all") -> Iterator[Ended]:
