@@ -20,7 +20,7 @@ import pytest
 from graincal import Failure, InputError, Response
 from graincal.execution import Scheduler
 from graincal.models.command import program
-from graincal.models.output import STANDARD_OUTPUT, Column, Output
+from graincal.models.output import STANDARD_OUTPUT, Output
 
 from .programs import AT, OUTPUT, PYTHON, WRITES, ends, model, outcome, outcomes, running, samples, shell
 
@@ -300,9 +300,12 @@ def test_the_last_hundred_are_kept(tmp_path, monkeypatch):
 def test_scratch_runs_elsewhere_and_brings_the_declared_output_back(tmp_path, monkeypatch):
     (scratch := tmp_path / "scratch").mkdir()
     monkeypatch.setenv("NODE_DISK", str(scratch))
+    (tmp_path / "kept").mkdir()
     found = outcome(model(WRITES + "open('large', 'w').write('x')\nimport os; open('where.txt', 'w').write(os.getcwd())", root=tmp_path / "kept", keep="all", scratch="$NODE_DISK"))
     assert isinstance(found, Response) and not list(scratch.iterdir())
     assert sorted(each.name for each in (tmp_path / "kept" / "00000" / "attempt-0").iterdir()) == ["curve.csv", "outcome.txt", "printed.txt"]
+    # A machine that does not see the campaign's folder.
+    assert isinstance(outcome(model(root=tmp_path / "not" / "seen", keep="all", scratch="$NODE_DISK")), Response) and not (tmp_path / "not").exists()
     assert outcome(model(scratch="$NO_SUCH_NAME")).kind == "not_started" and outcome(model(scratch=str(tmp_path / "nowhere"))).kind == "not_started"
 
 
