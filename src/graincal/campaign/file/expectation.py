@@ -11,11 +11,14 @@ from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
 from graincal.data import Failure, Samples
 from graincal.inference.sampling.samples import middle_of
-from graincal.models import StressPathTest
+from graincal.models import CommandModel, StressPathTest
 from graincal.models.stress_path import STRAINS
 
 PILOT_SHARE = 0.05
 """The share of a test's strain that is simulated to time it."""
+
+NOT_RUN = "not_run"
+"""The kind of the failure of a pilot that is none: nothing was run."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ def expect(calibration: Calibration) -> list[Expectation]:
 
 
 def _expect(experiment: Experiment, middle: Samples, samples: Samples) -> Expectation:
+    if isinstance(experiment.model, CommandModel):
+        return Expectation(experiment.name, failure=Failure(NOT_RUN, "a program is not run to see how long it takes; run.expected_seconds says it, where it is known."))
     if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
         pilot = _time_beginning(experiment, middle)
     else:
