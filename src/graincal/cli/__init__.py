@@ -10,6 +10,7 @@ from typing import Any
 import typer
 
 from graincal.cli.advise import advise
+from graincal.cli.ask import ask
 from graincal.cli.calibrate import calibrate
 from graincal.cli.check import check
 from graincal.cli.compare import compare
@@ -24,6 +25,7 @@ from graincal.cli.reproduce import reproduce
 from graincal.cli.resume import resume
 from graincal.cli.simulate import simulate
 from graincal.cli.status import status
+from graincal.cli.tell import tell
 from graincal.cli.version import print_version
 from graincal.data import InputError
 from graincal.execution.interrupts import ENDING
@@ -35,6 +37,8 @@ app.command(epilog="Example:  graincal check calibration.toml --plot references.
 app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(calibrate)
 app.command(epilog="Example:  graincal explore calibration.toml --to 0.25 --runs 500 -o library")(explore)
 app.command(epilog="Example:  graincal resume campaign --max-evaluations 200")(resume)
+app.command(epilog="Example:  graincal ask campaign > samples.csv")(ask)
+app.command(epilog="Example:  graincal tell campaign runs")(tell)
 app.command(epilog="Example:  graincal status campaign --json")(status)
 app.command(epilog="Example:  graincal report campaign --figures png --figures pdf")(report)
 app.command(epilog="Example:  graincal predict campaign --confining-pressure 1e6 --against other.csv --plot prediction.png")(predict)

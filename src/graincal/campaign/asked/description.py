@@ -20,7 +20,7 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, Model, PythonModel, TableTest
+from graincal.models import TESTS, ByHandModel, Model, PythonModel, TableTest
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -177,6 +177,8 @@ def describe_model(model: Model) -> dict[str, Any]:
         folder = str(model.folder.resolve()) if model.folder else None
         timeout = {} if model.timeout is None else {"timeout": model.timeout}  # left out for the same reason
         return {"kind": "python", "function": model.function, "folder": folder, "control": control, **timeout}
+    if isinstance(model, ByHandModel):
+        return {"kind": "by-hand"}
     named = model.function if isinstance(model, PythonModel) else type(model)
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
 
@@ -191,4 +193,6 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
+    if described["kind"] == "by-hand":
+        return ByHandModel()
     return AbsentModel(described["name"])

@@ -13,7 +13,7 @@ from graincal.campaign.file.section import Section, mistake
 from graincal.campaign.file.values import Positive, from_root
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
-from graincal.models import TESTS, Model, PythonModel, StressPathTest
+from graincal.models import TESTS, ByHandModel, Model, PythonModel, StressPathTest
 from graincal.models.compression import CompressionTest
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.python import LONGEST_TIMEOUT
@@ -116,4 +116,11 @@ class FunctionModel(ModelSection):
         return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
-MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel}
+class ByHand(ModelSection):
+    kind: Literal["by-hand"] = Field(description='"by-hand"')
+
+    def build(self, folder: Path, control: str) -> ByHandModel:
+        return ByHandModel()
+
+
+MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel, "by-hand": ByHand}
