@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.found.by_hand import by_hand, left_to_hand, waiting
 from graincal.campaign.stored.log import is_running
 from graincal.campaign.stored.store import Store
 from graincal.data import InputError
@@ -44,20 +45,6 @@ def ask(folder: str | Path, experiment: str | None = None) -> list[Asked]:
         if not any(len(each.ids) for each in found):
             raise InputError(f"{folder}: {_nothing(store, folder, experiment)}")
         return found
-
-
-def left_to_hand(calibration: Calibration) -> Calibration:
-    """The calibration as it goes on by hand: where no model is run by hand by itself, all of them are."""
-    from dataclasses import replace
-
-    return replace(calibration, by_hand=not any(map(calibration.is_by_hand, range(len(calibration.experiments)))))
-
-
-def waiting(store: Store, number: int) -> NDArray[np.int64]:
-    """Ids of the samples that wait in an experiment, of the batches that are begun."""
-    last = store.last_iteration()
-    batches = [store.waiting(iteration, number) for iteration in range(len(store.iterations()), 0 if last is None else last + 1)]
-    return np.concatenate([np.zeros(0, dtype=np.int64), *batches])
 
 
 def as_csv(asked: Sequence[Asked]) -> str:
@@ -91,7 +78,7 @@ def _number(value: float) -> str:
 def _numbers(calibration: Calibration, folder: Path, experiment: str | None) -> list[int]:
     names = [each.name for each in calibration.experiments]
     if experiment is None:
-        return [number for number in range(len(names)) if left_to_hand(calibration).is_by_hand(number)]
+        return by_hand(left_to_hand(calibration))
     if experiment not in names:
         raise InputError(f'{folder}: there is no experiment "{experiment}"{did_you_mean(experiment, names)}, and one of {", ".join(names)} was expected.')
     return [names.index(experiment)]

@@ -13,6 +13,7 @@ import numpy as np
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
+from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
@@ -72,7 +73,7 @@ class Evaluations:
 
     def _leave_to_hand(self, iteration: int) -> None:
         """Raise RunsWait where runs of a batch are to be made by hand; all other runs, of batches asked for ahead too, end first."""
-        waiting = [len(self.store.waiting(iteration, number)) for number in range(len(self.calibration.experiments)) if self.calibration.is_by_hand(number)]
+        waiting = [len(self.store.waiting(iteration, number)) for number in by_hand(self.calibration)]
         if not any(waiting):
             return
         while self._scheduler.left:

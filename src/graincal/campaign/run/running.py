@@ -15,6 +15,7 @@ from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.doubts import doubts, thinning_notes
+from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.found.first_look import first_look_of
 from graincal.campaign.found.result import Result
 from graincal.campaign.found.runs import known_runs
@@ -91,7 +92,7 @@ def calibrate(
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = (), accepted: Sequence[Doubt] = ()) -> Result:
     """Run a new campaign, in memory or in a folder that holds none. accepted: problems in spite of which it is run, which are kept and reported."""
     calibration.check().check_names()
-    if folder is None and any(map(calibration.is_by_hand, range(len(calibration.experiments)))):
+    if folder is None and by_hand(calibration):
         raise InputError("runs that are made by hand are told to a campaign that is kept: folder = a folder of its own was expected.")
     if folder is None:
         store = Store.create(calibration, accepted=accepted)

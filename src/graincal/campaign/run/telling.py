@@ -11,7 +11,7 @@ import numpy as np
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.file_names import file_name
-from graincal.campaign.run.asking import left_to_hand, waiting
+from graincal.campaign.found.by_hand import by_hand, left_to_hand, waiting
 from graincal.campaign.run.told_files import FAILED, ToldFile, files_of_experiment, others_in, read_outcome
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import Log
@@ -49,7 +49,7 @@ def tell(folder: str | Path, told: str | Path, listeners: Sequence[Listener] = (
         for number, file in _files(told, calibration, found):
             _take(store, calibration, number, file, found, (*listeners, log))
         log.write(f"Was told of {told}: {found.kept} outcomes kept, {found.known} known before, {len(found.not_needed)} not needed, {len(found.refused)} refused.")
-        found.left = sum(len(waiting(store, number)) for number in range(len(calibration.experiments)) if calibration.is_by_hand(number))
+        found.left = sum(len(waiting(store, number)) for number in by_hand(calibration))
         found.whole = not store.meta("stopped_by") and _whole(store, calibration)
         return found
 
@@ -100,9 +100,8 @@ def _take(store: Store, calibration: Calibration, number: int, file: ToldFile, f
 
 def _whole(store: Store, calibration: Calibration) -> bool:
     """Whether the batch that comes next is begun, and nothing of it waits to be made by hand."""
-    next_batch = len(store.iterations())
-    last = store.last_iteration()
-    return last is not None and next_batch <= last and not any(len(store.waiting(next_batch, number)) for number in range(len(calibration.experiments)) if calibration.is_by_hand(number))
+    next_batch, last = len(store.iterations()), store.last_iteration()
+    return last is not None and next_batch <= last and not any(len(store.waiting(next_batch, number)) for number in by_hand(calibration))
 
 
 def _same(one: Response | Failure, other: Response | Failure) -> bool:

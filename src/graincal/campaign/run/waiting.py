@@ -7,6 +7,7 @@ from pathlib import Path
 
 from graincal.campaign.asked.calibration import Calibration, round_of
 from graincal.campaign.asked.file_names import file_name
+from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.stored.store import Store
 
 FAILED = ".failed"
@@ -28,7 +29,7 @@ class RunsWait(Exception):
 
 def what_to_do(folder: Path, calibration: Calibration) -> str:
     """The commands to type, and the names of the files that are expected."""
-    names = [file_name(experiment.name) for number, experiment in enumerate(calibration.experiments) if calibration.is_by_hand(number)]
+    names = [file_name(calibration.experiments[number].name) for number in by_hand(calibration)]
     within = "" if len(calibration.experiments) == 1 else f", in a folder for each experiment ({', '.join(names)})"
     quoted = shlex.quote(str(folder))
     return (
