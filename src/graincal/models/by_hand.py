@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
 from graincal.data import InputError, Samples
 from graincal.execution import Task
+from graincal.models.derived import check_derived
 from graincal.models.model import Model
+from graincal.models.output import Output
 
 
 @dataclass(frozen=True, eq=False)
 class ByHandModel(Model):
-    """Runs that a person makes: `graincal ask` says at which parameters, `graincal tell` takes what they gave. Nothing is run for it."""
+    """Runs that a person makes: `graincal ask` says at which parameters, `graincal tell` takes what they gave. Nothing is run for it.
+
+    output: which columns of a curve's file are which quantity; without one, the columns bear the quantities' names. derived: name -> expression of parameters, such as {"E": "10**log_E"}, of what is printed beside these.
+    """
+
+    output: Output | None = None
+    derived: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def returned(self) -> tuple[str, ...] | None:
+        """The quantities that a file holds, the control among them; None where its header alone says that."""
+        return None if self.output is None else tuple(self.output.columns)
+
+    def check(self, at: ArrayLike, samples: Samples) -> None:
+        """Raise InputError for derived parameters that cannot be computed."""
+        check_derived(self.derived, samples.names)
 
     def tasks(self, samples: Samples, at: ArrayLike) -> Sequence[Task]:
         """Raise InputError for any sample: there is nothing that could run it."""

@@ -21,6 +21,7 @@ from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.models import TESTS, ByHandModel, Model, PythonModel, TableTest
+from graincal.models.output import Column, Output
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -178,9 +179,14 @@ def describe_model(model: Model) -> dict[str, Any]:
         timeout = {} if model.timeout is None else {"timeout": model.timeout}  # left out for the same reason
         return {"kind": "python", "function": model.function, "folder": folder, "control": control, **timeout}
     if isinstance(model, ByHandModel):
-        return {"kind": "by-hand"}
+        return {"kind": "by-hand", "output": None if model.output is None else asdict(model.output), "derived": dict(model.derived)}
     named = model.function if isinstance(model, PythonModel) else type(model)
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
+
+
+def _restore_output(described: Mapping[str, Any]) -> Output:
+    columns = {name: Column(**column) for name, column in described["columns"].items()}
+    return Output(**described | {"columns": columns, "zero": tuple(described["zero"])})
 
 
 def _restore_model(described: Mapping[str, Any]) -> Model:
@@ -194,5 +200,5 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
     if described["kind"] == "by-hand":
-        return ByHandModel()
+        return ByHandModel(options["output"] and _restore_output(options["output"]), options["derived"])
     return AbsentModel(described["name"])

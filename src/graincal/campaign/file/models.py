@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from graincal.campaign.file.names import FileName, Shown
+from graincal.campaign.file.output import OutputSection
 from graincal.campaign.file.section import Section, mistake
-from graincal.campaign.file.values import Positive, from_root
+from graincal.campaign.file.values import Positive, Texts, from_root
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS, ByHandModel, Model, PythonModel, StressPathTest
@@ -117,10 +118,18 @@ class FunctionModel(ModelSection):
 
 
 class ByHand(ModelSection):
+    MOST: ClassVar[dict[str, float]] = {"derived": 1_000}
+
     kind: Literal["by-hand"] = Field(description='"by-hand"')
+    output: OutputSection | None = Field(None, description='a table such as { columns = { axial_strain = "eps_a [%]", stress_ratio = "ratio" } }')
+    derived: Texts = Field({}, description='a table of names and expressions of parameters, such as { E = "10**log_E" }')
 
     def build(self, folder: Path, control: str) -> ByHandModel:
-        return ByHandModel()
+        if self.output is None:
+            return ByHandModel(None, self.derived)
+        output = self.output.build()
+        output.check(control)
+        return ByHandModel(output, self.derived)
 
 
 MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel, "by-hand": ByHand}

@@ -18,12 +18,13 @@ from graincal.campaign.found.by_hand import by_hand, left_to_hand, waiting
 from graincal.campaign.stored.log import is_running
 from graincal.campaign.stored.store import Store
 from graincal.data import InputError
+from graincal.models.derived import with_derived
 from graincal.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Runs of one experiment that wait: the ids of their samples (N,), increasing, and the parameters as the model sees them, (N, K), by name."""
+    """Runs of one experiment that wait: the ids of their samples (N,), increasing, and the parameters as the model sees them, derived ones too, (N, K), by name; what cannot be computed is not finite."""
 
     experiment: str
     ids: NDArray[np.int64]
@@ -88,7 +89,9 @@ def _asked(store: Store, calibration: Calibration, number: int) -> Asked:
     ids = waiting(store, number)
     samples = store.all_samples()
     seen = calibration.space.seen_by(number, samples.take(np.isin(samples.ids, ids)))
-    return Asked(calibration.experiments[number].name, seen.ids, seen.names, seen.theta)
+    experiment = calibration.experiments[number]
+    printed = with_derived(seen, getattr(experiment.model, "derived", {}))
+    return Asked(experiment.name, printed.ids, printed.names, printed.theta)
 
 
 def _nothing(store: Store, folder: Path, experiment: str | None) -> str:

@@ -8,13 +8,22 @@ from pathlib import Path
 
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.found.replay import INFEASIBLE
-from graincal.campaign.run.waiting import CURVE, FAILED
 from graincal.data import Failure, InputError, Response
 from graincal.files import unreadable
-from graincal.laboratory import read_reference
+from graincal.models.output import Column, Output
+from graincal.models.output.tables import Unreadable, read_columns
+
+FAILED = ".failed"
+"""How the name of a file ends that says why a run gave no curve."""
+
+CURVE = ".csv"
+"""How the name of a file ends that holds the curve of a run, where nothing else is declared."""
 
 LONGEST_REASON_FILE = 64 * 1024
 """Bytes that are read of why a run failed."""
+
+UNREAD = ("unreadable", "no_output")
+"""Kinds of failures of an output that are a mistake in the file, not in the run."""
 
 
 @dataclass(frozen=True)
@@ -25,38 +34,47 @@ class ToldFile:
     path: Path
 
 
-def files_of_experiment(folders: Sequence[Path], refused: list[str]) -> Iterator[ToldFile]:
-    """The files in these folders, in the order of their samples; those that cannot be taken are refused, a sentence each."""
-    found: dict[int, Path] = {}
-    twice: set[int] = set()
-    for path in (path for folder in folders for path in others_in(folder)):
-        if not (path.stem.isascii() and path.stem.isdecimal()):
-            refused.append(f"{path}: the id of a sample was expected as the name of the file, such as 12{path.suffix}.")
-        elif (id := int(path.stem)) in found:
-            refused.append(f"{path}: {found[id].name} is of the same sample, and a single file was expected.")
-            twice.add(id)
-        else:
-            found[id] = path
-    yield from (ToldFile(id, path) for id, path in sorted(found.items()) if id not in twice)
+def ending(experiment: Experiment) -> str:
+    """How the names of the files with an experiment's curves end: as its output is declared."""
+    output = getattr(experiment.model, "output", None)
+    return (Path(output.file).suffix if output else "") or CURVE
 
 
-def others_in(folder: Path) -> list[Path]:
-    """The files of a folder that have the ending of one that is told; what else lies there is nobody's business."""
+def told_in(folder: Path, curve: str) -> list[Path]:
+    """The files of a folder that end as those that are told; what else lies there is left alone."""
     try:
-        return sorted(path for path in folder.iterdir() if path.suffix in (CURVE, FAILED) and path.is_file() and not path.name.startswith("."))
+        return sorted(path for path in folder.iterdir() if path.suffix in (curve, FAILED) and path.is_file() and not path.name.startswith("."))
     except OSError as error:
         raise InputError(unreadable(folder, error, "a folder of runs")) from None
 
 
+def files_of_experiment(folders: Sequence[Path], experiment: Experiment, refused: list[str]) -> Iterator[ToldFile]:
+    """The files of an experiment in these folders, in the order of their samples; those that cannot be taken are refused, a sentence each."""
+    found: dict[int, list[Path]] = {}
+    for path in (path for folder in folders for path in told_in(folder, ending(experiment))):
+        if path.stem.isascii() and path.stem.isdecimal() and len(path.stem) < 18:
+            found.setdefault(int(path.stem), []).append(path)
+        else:
+            refused.append(f"{path}: the id of a sample was expected as the name of the file, such as 12{path.suffix}.")
+    for id, paths in sorted(found.items()):
+        if len(paths) > 1:
+            refused.append(f"{paths[0]}: {' and '.join(map(str, paths[1:]))} is of the same sample, and a single file was expected.")
+        else:
+            yield ToldFile(id, paths[0])
+
+
 def read_outcome(file: ToldFile, experiment: Experiment) -> Response | Failure:
-    """What a file says of a run in an experiment. Raises InputError for one that cannot be read."""
+    """What a file says of a run in an experiment. Raises InputError for one that cannot be read; a curve that is too short or not finite is a Failure."""
     if file.path.suffix == FAILED:
         return _failure(file.path)
     try:
-        return experiment.compared(_curve(file.path, experiment))
-    except InputError as error:
-        said = str(error)
-        raise InputError(said if said.startswith(str(file.path)) else f"{file.path}: {said}") from None
+        output = getattr(experiment.model, "output", None) or _by_names(file.path, experiment)
+        outcome = output.read(file.path, experiment.reference.control_name, experiment.reference.control)
+    except Unreadable as error:
+        raise InputError(f"{file.path}: {error}") from None
+    if isinstance(outcome, Failure) and outcome.kind in UNREAD:
+        raise InputError(f"{file.path}: {outcome.reason}")
+    return experiment.compared(outcome)
 
 
 def _failure(path: Path) -> Failure:
@@ -72,7 +90,9 @@ def _failure(path: Path) -> Failure:
     return Failure("failed", text or "no reason was given.")
 
 
-def _curve(path: Path, experiment: Experiment) -> Response:
+def _by_names(path: Path, experiment: Experiment) -> Output:
+    """The output of a file whose columns bear the quantities' names: those that are compared, and what else the model is known to return."""
     reference = experiment.reference
-    found = read_reference(path, reference.control_name, tuple(reference.measured))
-    return Response(found.control, dict(found.observables), control_name=reference.control_name)
+    columns = read_columns(path, path.name)
+    besides = [name for name in getattr(experiment.model, "returned", None) or () if columns.has(name)]
+    return Output({name: Column(name) for name in dict.fromkeys((reference.control_name, *reference.measured, *besides))})

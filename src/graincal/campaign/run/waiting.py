@@ -8,13 +8,8 @@ from pathlib import Path
 from graincal.campaign.asked.calibration import Calibration, round_of
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.by_hand import by_hand
+from graincal.campaign.run.told_files import FAILED, ending
 from graincal.campaign.stored.store import Store
-
-FAILED = ".failed"
-"""How the name of a file ends that says why a run gave no curve."""
-
-CURVE = ".csv"
-"""How the name of a file ends that holds the curve of a run."""
 
 
 class RunsWait(Exception):
@@ -30,10 +25,11 @@ class RunsWait(Exception):
 def what_to_do(folder: Path, calibration: Calibration) -> str:
     """The commands to type, and the names of the files that are expected."""
     names = [file_name(calibration.experiments[number].name) for number in by_hand(calibration)]
+    endings = " or ".join(dict.fromkeys(f"<id>{ending(calibration.experiments[number])}" for number in by_hand(calibration)))
     within = "" if len(calibration.experiments) == 1 else f", in a folder for each experiment ({', '.join(names)})"
     quoted = shlex.quote(str(folder))
     return (
         f"Their ids and parameters are printed by:\n  graincal ask {quoted}\n"
-        f"Store the curve of each run as <id>{CURVE}{within}; where a run gives none, write the reason into <id>{FAILED}. Some at a time will do. Then:\n"
+        f"Store the curve of each run as {endings}{within}; where a run gives none, write the reason into <id>{FAILED}. Some at a time will do. Then:\n"
         f"  graincal tell {quoted} FOLDER"
     )
