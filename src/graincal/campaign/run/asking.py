@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,7 +90,9 @@ def _asked(store: Store, calibration: Calibration, number: int) -> Asked:
     samples = store.all_samples()
     seen = calibration.space.seen_by(number, samples.take(np.isin(samples.ids, ids)))
     experiment = calibration.experiments[number]
-    printed = with_derived(seen, getattr(experiment.model, "derived", {}))
+    derived = getattr(experiment.model, "derived", {})
+    # Of a built-in test it is a function.
+    printed = with_derived(seen, derived) if isinstance(derived, Mapping) else seen
     return Asked(experiment.name, printed.ids, printed.names, printed.theta)
 
 

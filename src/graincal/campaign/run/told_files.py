@@ -6,10 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.found.replay import INFEASIBLE
 from graincal.data import Failure, InputError, Response
 from graincal.files import unreadable
+from graincal.laboratory.quantities import DIMENSIONS
 from graincal.models.output import Column, Output
 from graincal.models.output.tables import Unreadable, read_columns
 
@@ -91,8 +94,8 @@ def _failure(path: Path) -> Failure:
 
 
 def _by_names(path: Path, experiment: Experiment) -> Output:
-    """The output of a file whose columns bear the quantities' names: those that are compared, and what else the model is known to return."""
+    """The output of a file whose columns bear the quantities' names: those that are compared, which must be there, and any others that have a number in each row."""
     reference = experiment.reference
     columns = read_columns(path, path.name)
-    besides = [name for name in getattr(experiment.model, "returned", None) or () if columns.has(name)]
+    besides = [name for name in (*DIMENSIONS, *(getattr(experiment.model, "returned", None) or ())) if columns.has(name) and np.isfinite(columns.find(name)[0]).all()]
     return Output({name: Column(name) for name in dict.fromkeys((reference.control_name, *reference.measured, *besides))})
