@@ -17,6 +17,7 @@ from graincal.cli.compare import compare
 from graincal.cli.demo import demo
 from graincal.cli.explore import explore
 from graincal.cli.export import export
+from graincal.cli.import_runs import import_runs
 from graincal.cli.init import init
 from graincal.cli.pack import pack
 from graincal.cli.predict import predict
@@ -47,6 +48,7 @@ app.command(epilog='Example:  graincal advise campaign --test undrained --test "
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
 app.command(epilog="Example:  graincal reproduce hartmann2022 --study proof --data DATA -o studies")(reproduce)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
+app.add_typer(import_runs, name="import")
 app.add_typer(simulate, name="simulate")
 
 

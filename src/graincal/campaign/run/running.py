@@ -102,6 +102,16 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
         return _run(calibration, Store.create(calibration, folder, accepted=accepted), log, listeners)
 
 
+def lay_out(calibration: Calibration, folder: str | Path, accepted: Sequence[Doubt] = ()) -> None:
+    """Keep a new campaign in a folder that holds none, and run nothing of it: `resume` does. accepted: as of `begin`."""
+    folder = Path(folder)
+    calibration.check().check_names()
+    with closing(claim(folder, lambda locked: _refuse_campaign(folder, calibration, locked=locked))) as log:
+        Store.create(calibration, folder, accepted=accepted).close()
+        _keep_source(folder / CALIBRATION_FILE, calibration.source)
+        log.write("Is stored, and runs nothing yet.")
+
+
 def begin_or_resume(
     folder: str | Path,
     asked: Callable[[], Calibration],

@@ -81,10 +81,13 @@ class Output:
         if not isinstance(content, bytes) and not content.stat().st_size:
             return Failure("no_output", f"the program wrote the file {self.file}, and it is empty.")
         try:
-            values = self._values(read_columns(content, name))
+            return self.taken(read_columns(content, name), control, at)
         except Unreadable as error:
             return Failure("unreadable", str(error))
-        return self._met(values, control, at)
+
+    def taken(self, columns: Columns, control: str, at: NDArray[np.float64]) -> Response | Failure:
+        """As `read`, of columns wherever they are from. Raises Unreadable for what they do not hold."""
+        return self._met(self._values(columns), control, at)
 
     def _values(self, columns: Columns) -> dict[str, NDArray[np.float64]]:
         """The quantities at the rows that are chosen, (T,) each."""
