@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -11,7 +12,9 @@ from graincal.data import InputError, Samples
 from graincal.execution import Task
 from graincal.models.derived import check_derived
 from graincal.models.model import Model
-from graincal.models.output import Output
+
+if TYPE_CHECKING:
+    from graincal.models.output import Output
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,3 +41,14 @@ class ByHandModel(Model):
         if len(samples):
             raise InputError("its runs are made by hand, so that graincal cannot make them: those of a campaign are asked for by graincal ask, and told by graincal tell.")
         return []
+
+    def described(self) -> dict[str, Any]:
+        """It as plain data (what JSON holds)."""
+        return {"kind": "by-hand", "output": None if self.output is None else asdict(self.output), "derived": dict(self.derived)}
+
+    @classmethod
+    def restored(cls, described: Mapping[str, Any]) -> ByHandModel:
+        """The model that was described."""
+        from graincal.models.output import Output
+
+        return cls(None if described["output"] is None else Output.restored(described["output"]), described["derived"])

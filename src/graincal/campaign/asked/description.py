@@ -20,8 +20,7 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, ByHandModel, Model, PythonModel, TableTest
-from graincal.models.output import Column, Output
+from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, TableTest
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -173,20 +172,15 @@ def describe_model(model: Model) -> dict[str, Any]:
         if isinstance(model, TableTest):
             described["table"] = asdict(model.table)
         return described
+    if isinstance(model, (CommandModel, ByHandModel)):
+        return model.described()
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
         folder = str(model.folder.resolve()) if model.folder else None
         timeout = {} if model.timeout is None else {"timeout": model.timeout}  # left out for the same reason
         return {"kind": "python", "function": model.function, "folder": folder, "control": control, **timeout}
-    if isinstance(model, ByHandModel):
-        return {"kind": "by-hand", "output": None if model.output is None else asdict(model.output), "derived": dict(model.derived)}
     named = model.function if isinstance(model, PythonModel) else type(model)
     return {"kind": "absent", "name": f"{named.__module__}.{getattr(named, '__qualname__', type(named).__qualname__)}"}
-
-
-def _restore_output(described: Mapping[str, Any]) -> Output:
-    columns = {name: Column(**column) for name, column in described["columns"].items()}
-    return Output(**described | {"columns": columns, "zero": tuple(described["zero"])})
 
 
 def _restore_model(described: Mapping[str, Any]) -> Model:
@@ -196,9 +190,11 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
         return TESTS[described["kind"]](packings, **options)
+    if described["kind"] == "command":
+        return CommandModel.restored(described)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
     if described["kind"] == "by-hand":
-        return ByHandModel(options["output"] and _restore_output(options["output"]), options["derived"])
+        return ByHandModel.restored(described)
     return AbsentModel(described["name"])

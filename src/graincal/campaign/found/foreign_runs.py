@@ -109,8 +109,8 @@ def _outside(theta: NDArray[np.float64], calibration: Calibration) -> str:
     """Why a run's parameters are none of the calibration's, "" where they are."""
     space = calibration.space
     slack = SAME * (space.high - space.low)
-    for name, value, low, high in zip(space.names, theta, space.low - slack, space.high + slack):
-        if not low <= value <= high:
+    for name, value, low, high, near in zip(space.names, theta, space.low, space.high, slack):
+        if not low - near <= value <= high + near:
             return f"at {name} outside {low:g} to {high:g}"
     return ""
 

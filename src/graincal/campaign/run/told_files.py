@@ -20,7 +20,7 @@ FAILED = ".failed"
 """How the name of a file ends that says why a run gave no curve."""
 
 CURVE = ".csv"
-"""How the name of a file ends that holds the curve of a run, where nothing else is declared."""
+"""How the name of a file ends that holds the curve of a run, whatever is declared."""
 
 LONGEST_REASON_FILE = 64 * 1024
 """Bytes that are read of why a run failed."""
@@ -43,10 +43,10 @@ def ending(experiment: Experiment) -> str:
     return (Path(output.file).suffix if output else "") or CURVE
 
 
-def told_in(folder: Path, curve: str) -> list[Path]:
+def told_in(folder: Path, experiment: Experiment) -> list[Path]:
     """The files of a folder that end as those that are told; what else lies there is left alone."""
     try:
-        return sorted(path for path in folder.iterdir() if path.suffix in (curve, FAILED) and path.is_file() and not path.name.startswith("."))
+        return sorted(path for path in folder.iterdir() if path.suffix in (ending(experiment), CURVE, FAILED) and path.is_file() and not path.name.startswith("."))
     except OSError as error:
         raise InputError(unreadable(folder, error, "a folder of runs")) from None
 
@@ -54,7 +54,7 @@ def told_in(folder: Path, curve: str) -> list[Path]:
 def files_of_experiment(folders: Sequence[Path], experiment: Experiment, refused: list[str]) -> Iterator[ToldFile]:
     """The files of an experiment in these folders, in the order of their samples; those that cannot be taken are refused, a sentence each."""
     found: dict[int, list[Path]] = {}
-    for path in (path for folder in folders for path in told_in(folder, ending(experiment))):
+    for path in (path for folder in folders for path in told_in(folder, experiment)):
         if path.stem.isascii() and path.stem.isdecimal() and len(path.stem) < 18:
             found.setdefault(int(path.stem), []).append(path)
         else:
