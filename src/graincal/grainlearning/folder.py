@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.files import unreadable
 from graincal.grainlearning.pickled import NotPlain, read_dictionary
 from graincal.grainlearning.tables import read_samples, read_table
