@@ -79,11 +79,14 @@ def test_it_finds_bit_for_bit_what_the_function_gives(call, tmp_path):
 
 
 @pytest.mark.usefixtures("fewer_draws")
-def test_the_runs_at_the_answer_are_asked_for_too(call, tmp_path):
+@pytest.mark.parametrize("ahead", [0, 1])
+def test_the_runs_at_the_answer_are_asked_for_too(call, tmp_path, ahead):
+    """So are batches that are asked for ahead of the one that is told."""
     for name, kind in {"function": FUNCTION, "hand": BY_HAND}.items():
         (tmp_path / name).mkdir()
-        assert call("calibrate", write_calibration(tmp_path / name, TWO, POSTERIOR, NO_CRITERIA, (FUNCTION, kind)), "-o", tmp_path / name / "campaign").code == 0
-    assert by_hand(call, tmp_path / "hand" / "campaign", tmp_path) == 3
+        posterior = (POSTERIOR[0], f"{POSTERIOR[1]}\nahead = {ahead}")
+        assert call("calibrate", write_calibration(tmp_path / name, TWO, posterior, NO_CRITERIA, (FUNCTION, kind)), "-o", tmp_path / name / "campaign").code == 0
+    assert by_hand(call, tmp_path / "hand" / "campaign", tmp_path) == 3 - ahead
     one, other = (gc.Result.read(tmp_path / name / "campaign") for name in ("function", "hand"))
     assert_same(one, other)
     np.testing.assert_array_equal(one.answer.theta, other.answer.theta)
