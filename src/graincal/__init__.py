@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from graincal.result import Result
 
 __all__ = [
-    "CandidateTest",
     "ByHandModel",
+    "CandidateTest",
     "CommandModel",
     "ConstantMeanStressTest",
     "Experiment",
