@@ -17,7 +17,7 @@ LAYERS = [
     ["arrays", "constraint"],
     ["parameter_space"],
     ["files", "positions", "drawing"],
-    ["notebook", "laboratory"],
+    ["notebook", "laboratory", "grainlearning"],
     ["data"],
     ["interpolation", "execution", "dem"],
     ["models"],

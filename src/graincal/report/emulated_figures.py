@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from graincal.campaign.found.emulated import DRAWN, Emulated
+from graincal.campaign.found.record import on_states
 from graincal.campaign.found.recorded import in_percent, recorded_of_answer
 from graincal.campaign.found.remarks import RIDGE
 from graincal.data import ParameterSpace, Response
@@ -63,12 +64,13 @@ def _recorded_panel(emulated: Emulated, number: int, name: str, at_answer: list[
     """What was recorded of a quantity and not fitted, in the experiment of a number, beside the runs at the answer and the range of those that fit about as well."""
     result, experiment, shown = emulated.result, emulated.result.experiments[number], quantity(name)
     axis, x = control_axis(experiment)
-    responses = [run for id in emulated.likely if isinstance(run := result.response(int(id), number), Response)]
+    states = result.states(number)
+    responses = [run for id in emulated.likely if isinstance(run := on_states(result.response(int(id), number), states), Response)]
     curves = np.array([run.values[name] for run in responses if np.isfinite(run.values[name]).all()])
     marks: list[Mark] = []
     if len(curves) > 1:
         low, high = shown.scale * curves.min(axis=0), shown.scale * curves.max(axis=0)
-        marks += bands(on_axis(experiment, result.states(number)), low, high, RANGE, "range of the runs that fit about as well")
+        marks += bands(on_axis(experiment, states), low, high, RANGE, "range of the runs that fit about as well")
     marks += [Line(on_axis(experiment, run.control), run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in at_answer]
     marks.append(measured_points(experiment, name, x))
     (error,) = (each for each in recorded_of_answer(result) if (each.experiment, each.name) == (experiment.name, name))

@@ -22,7 +22,7 @@ from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.posterior.knowledge import Knowledge
 from graincal.inference.sampling.samples import halton
 from graincal.laboratory.vocabulary import did_you_mean_observable
-from graincal.models import Model, StressPathTest
+from graincal.models import ByHandModel, Model, StressPathTest
 from graincal.models.contact_laws import check_ranges, check_units
 from graincal.notation.printable import MOST, is_printable, printable
 from graincal.suggestion import did_you_mean
@@ -63,6 +63,7 @@ class Calibration:
     first_look: evaluations of cheaper models to begin with, by the method "posterior". look: the calibration by cheaper models that makes them, which is run
     first where they are not there yet. known: runs of the same models that were made before (`runs.known_runs`), by the method "posterior".
     expected_seconds: what one evaluation is said to take on one core, in all experiments: so a method knows whether hundreds may fill the ranges, or every one counts.
+    by_hand: whether somebody makes all runs elsewhere, whatever the models are, and tells what they gave. Like `workers`, it changes nothing of what is found.
     """
 
     space: ParameterSpace
@@ -79,6 +80,7 @@ class Calibration:
     look: Calibration | None = None
     known: KnownRuns | None = None
     expected_seconds: float | None = None
+    by_hand: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -203,6 +205,10 @@ class Calibration:
         """What is taken for granted of the references' errors, as options of `error_model`: those of the method "posterior", and its defaults by others."""
         return {"correlation_length": self.filter_options.get("correlation_length"), "discrepancy": self.filter_options.get("discrepancy")}
 
+    def is_by_hand(self, experiment: int) -> bool:
+        """Whether somebody makes the runs of an experiment, by its number, elsewhere, and tells what they gave."""
+        return self.by_hand or isinstance(self.experiments[experiment].model, ByHandModel)
+
     @property
     def number_of_workers(self) -> int:
         """The evaluations that may run at once."""
@@ -240,6 +246,9 @@ class Calibration:
             check_observables(model, tuple(experiment.reference.measured))
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
+        if self.by_hand:
+            # Nothing is run here, and a model that was handed over in Python is not needed.
+            return
         # A model that is given no samples says what is wrong with everything else.
         nothing = space.seen_by(0, Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names))
         try:

@@ -20,7 +20,7 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, CommandModel, Model, PythonModel, TableTest
+from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, TableTest
 from graincal.parameter_space import LINEAR
 
 
@@ -179,7 +179,7 @@ def describe_model(model: Model) -> dict[str, Any]:
         if isinstance(model, TableTest):
             described["table"] = asdict(model.table)
         return described
-    if isinstance(model, CommandModel):
+    if isinstance(model, (CommandModel, ByHandModel)):
         return model.described()
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
@@ -202,4 +202,6 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
+    if described["kind"] == "by-hand":
+        return ByHandModel.restored(described)
     return AbsentModel(described["name"])

@@ -11,7 +11,7 @@ from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
 from graincal.data import Failure, Samples
 from graincal.inference.sampling.samples import middle_of
-from graincal.models import CommandModel, StressPathTest
+from graincal.models import ByHandModel, CommandModel, StressPathTest
 from graincal.models.stress_path import STRAINS
 
 PILOT_SHARE = 0.05
@@ -46,6 +46,8 @@ def expect(calibration: Calibration) -> list[Expectation]:
 def _expect(experiment: Experiment, middle: Samples, samples: Samples) -> Expectation:
     if isinstance(experiment.model, CommandModel):
         return Expectation(experiment.name, failure=Failure(NOT_RUN, "a program is not run to see how long it takes; run.expected_seconds says it, where it is known."))
+    if isinstance(experiment.model, ByHandModel):
+        return Expectation(experiment.name, failure=Failure(NOT_RUN, "runs that are made by hand take what they take; run.expected_seconds says it, where it is known."))
     if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
         pilot = _time_beginning(experiment, middle)
     else:
