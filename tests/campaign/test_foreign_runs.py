@@ -110,6 +110,15 @@ def test_what_cannot_be_is_said(call, tmp_path, changes, options, said):
     assert called.code == 1 and said in called.err and not (tmp_path / "campaign").exists(), called.err
 
 
+def test_what_the_prior_holds_impossible_is_left_out(call, tmp_path):
+    first, second = SPACE.names
+    file = write_calibration(tmp_path, POSTERIOR, ("[parameters]", f'[[constraint]]\nrequire = "{first} < {second}"\n\n[parameters]'))
+    called = call("import", "grainlearning", kept_runs(tmp_path), file, "-o", tmp_path / "campaign")
+    met = THETA[THETA[:, 0] < THETA[:, 1]]
+    assert called.code == 0 and f"Learns from {len(met)} runs of" in called.out and f"left out: {len(THETA) - len(met)} where a constraint does not hold" in called.out
+    np.testing.assert_allclose(known_of(tmp_path / "campaign").theta, met, rtol=1e-9)
+
+
 def test_the_command_has_help(call):
     called = call("import", "grainlearning", "--help")
     assert called.code == 0 and "Example:  graincal import grainlearning" in called.out

@@ -45,7 +45,7 @@ def foreign_runs(folder: Path, calibration: Calibration, columns: Mapping[str, C
         said.append(f"All its runs have {', '.join(f'{name} = {value:g}' for name, value in constant.items())}.")
     gathered, left_out, thinnings = Gathered(), dict(found.left_out), calibration.blank_filter().thinnings
     for run, values in zip(found.runs, theta):
-        reason = _outside(values, calibration) or _add(gathered, run, np.clip(values, calibration.space.low, calibration.space.high), experiment, output, bool(control), thinnings)
+        reason = _outside(values, run, calibration) or _add(gathered, run, np.clip(values, calibration.space.low, calibration.space.high), experiment, output, bool(control), thinnings)
         if reason:
             left_out[reason] = left_out.get(reason, 0) + 1
     if not gathered.theta:
@@ -91,10 +91,10 @@ def _theta(folder: Path, runs: Sequence[ForeignRun], calibration: Calibration, p
             raise InputError(f"{run.path}: it has no parameter {missing[0]}{did_you_mean(missing[0], theirs)}, and holds {', '.join(run.parameters)}; --parameter NAME=EXPRESSION says what one of the calibration's is in these.")
     values = {name: np.array([run.parameters.get(name, np.nan) for run in runs]) for name in theirs}
     others = {name: each for name, each in values.items() if name not in needed}
-    if varying := [name for name, each in others.items() if not np.all(each == each[0])]:
+    if varying := [name for name, each in others.items() if name not in calibration.space.fixed and not np.all(each == each[0])]:
         raise InputError(f"{folder}: its runs differ in {', '.join(varying)}, which the calibration does not have among {', '.join(names)}, and runs that differ in these alone were expected.")
     theta = [expression(values) if isinstance(expression, Expression) else values[expression] for expression in expressions.values()]
-    return np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), (len(runs),)) for each in theta], axis=1), {name: float(each[0]) for name, each in others.items()}
+    return np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), (len(runs),)) for each in theta], axis=1), {name: float(each[0]) for name, each in others.items() if name not in calibration.space.fixed}
 
 
 def _expression(name: str, text: str | None) -> Expression | str:
@@ -105,14 +105,17 @@ def _expression(name: str, text: str | None) -> Expression | str:
         raise InputError(f'--parameter {name} is "{text}", and an expression of parameters such as log10(E) was expected: {error}.') from None
 
 
-def _outside(theta: NDArray[np.float64], calibration: Calibration) -> str:
+def _outside(theta: NDArray[np.float64], run: ForeignRun, calibration: Calibration) -> str:
     """Why a run's parameters are none of the calibration's, "" where they are."""
     space = calibration.space
     slack = SAME * (space.high - space.low)
     for name, value, low, high, near in zip(space.names, theta, space.low, space.high, slack):
         if not low - near <= value <= high + near:
             return f"at {name} outside {low:g} to {high:g}"
-    return ""
+    for name, value in space.fixed.items():
+        if name in run.parameters and not np.isclose(run.parameters[name], value, rtol=SAME, atol=0):
+            return f"at {name} other than {value:g}"
+    return "" if space.contains(np.clip(theta, space.low, space.high))[0] else "where a constraint does not hold"
 
 
 def _without_control(run: ForeignRun, output: Output, experiment: Experiment) -> str:
