@@ -108,7 +108,7 @@ def _add(
     """Add one run; or why it says nothing. scale: whether each experiment's response is to be taken to its confining pressure."""
     failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
     nothing = [np.full(thinning.kept.values.shape, np.nan) for thinning in thinnings]
-    if any(failure.kind == "output" for failure in failures):
+    if any(failure.kind in ("output", "incomplete") for failure in failures):
         # What could not be compared with the reference of then.
         return "whose output could not be used"
     if failures:
