@@ -20,7 +20,10 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, CommandModel, Model, PythonModel, TableTest
+from graincal.models import TESTS, CommandModel, Model, PythonModel, TableTest, YadeModel
+
+PROGRAMS = {"command": CommandModel, "yade": YadeModel}
+"""Models that are programs, by their kinds."""
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -190,8 +193,8 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
         return TESTS[described["kind"]](packings, **options)
-    if described["kind"] == "command":
-        return CommandModel.restored(described)
+    if described["kind"] in PROGRAMS:
+        return PROGRAMS[described["kind"]].restored(described)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
