@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jinja2 import StrictUndefined, Template, TemplateError, TemplateSyntaxError
@@ -66,7 +67,7 @@ class Inputs:
         known = [*parameters, *self.derived]
         for place, text, delimiters in self._texts():
             try:
-                _refuse_unknown(place, sorted(find_undeclared_variables(_environment(delimiters).parse(text))), known)
+                _refuse_unknown(place, sorted(find_undeclared_variables(_environment(delimiters, _line_end(text)).parse(text))), known)
             except TemplateSyntaxError as error:
                 raise InputError(f"{place}: line {error.lineno} cannot be read as a template ({error.message}), and names between {' and '.join(delimiters)} were expected.") from None
         if self.parameters_file and not self.parameters_file.endswith((".json", ".csv")) and (spaced := [name for name in known if len(name.split()) != 1]):
@@ -121,17 +122,23 @@ def _refuse_unknown(place: str, names: Sequence[str], known: Sequence[str]) -> N
 
 
 @lru_cache(maxsize=100)
-def _environment(delimiters: tuple[str, str]) -> ImmutableSandboxedEnvironment:
+def _environment(delimiters: tuple[str, str], line_end: Literal["\n", "\r\n"]) -> ImmutableSandboxedEnvironment:
     """How templates are filled in: they see values alone, and load nothing."""
     begin, end = delimiters
     others = {} if delimiters == BRACES else {"block_start_string": f"{begin}%", "block_end_string": f"%{end}", "comment_start_string": f"{begin}#", "comment_end_string": f"#{end}"}
-    # A file keeps the ends of its lines, and the last of them.
-    return ImmutableSandboxedEnvironment(variable_start_string=begin, variable_end_string=end, undefined=StrictUndefined, keep_trailing_newline=True, loader=None, **others)
+    return ImmutableSandboxedEnvironment(
+        variable_start_string=begin, variable_end_string=end, undefined=StrictUndefined, keep_trailing_newline=True, newline_sequence=line_end, loader=None, **others
+    )
+
+
+def _line_end(text: str) -> Literal["\n", "\r\n"]:
+    """That of a file, which what is made of it has too."""
+    return "\r\n" if "\r\n" in text else "\n"
 
 
 @lru_cache(maxsize=1_000)
 def _template(text: str, delimiters: tuple[str, str]) -> Template:
-    return _environment(delimiters).from_string(text)
+    return _environment(delimiters, _line_end(text)).from_string(text)
 
 
 def _table(name: str, values: Mapping[str, float]) -> str:
