@@ -1,6 +1,6 @@
-"""What the scheduler and the store cost: evaluations of a function that takes 1 ms, without a filter.
+"""What the scheduler and the store cost: evaluations of a function, or of a program, that takes 1 ms, without a filter.
 
-    python benchmarks/scheduling.py [--runs 1000 10000] [--workers 2] [--where threads processes]
+    python benchmarks/scheduling.py [--runs 1000 10000] [--workers 2] [--where threads processes command]
 
 Each line is a library of runs (`graincal explore`) in a process of its own: milliseconds of wall time for each evaluation, from the first to the last, and the largest resident memory of the process that controls it.
 """
@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import graincal as gc
+from graincal.models.output import Column, Output
 
 AT = np.linspace(0.01, 0.2, 20)
 SPACE = gc.ParameterSpace({"a": (0, 1), "b": (0, 1)})
@@ -35,7 +36,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, nargs="+", default=[1000, 10000])
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--where", nargs="+", choices=("threads", "processes"), default=["threads", "processes"])
+    parser.add_argument("--where", nargs="+", choices=("threads", "processes", "command"), default=["threads", "processes", "command"])
     arguments = parser.parse_args()
     print(f"{'':12}{'runs':>8}{'ms each':>10}{'MB':>8}")
     for where in arguments.where:
@@ -45,11 +46,24 @@ def main() -> None:
             print(f"{where:12}{runs:>8}{1000 * seconds / runs:>10.2f}{memory:>8.0f}", flush=True)
 
 
+def a_function(where: str) -> gc.PythonModel:
+    if where == "threads":
+        return gc.PythonModel(takes_a_millisecond)
+    return gc.PythonModel("scheduling:takes_a_millisecond", folder=Path(__file__).parent)
+
+
+def a_program(folder: Path) -> gc.CommandModel:
+    """A shell that sleeps for a millisecond and prints a table of its own, whose numbers are filled in."""
+    rows = "".join(f"{strain!r},{{{{ 1 + a * {strain!r} }}}},{{{{ b * {strain!r} }}}}\n" for strain in AT.tolist())
+    (folder / "table").write_text(f"axial_strain,stress_ratio,volumetric_strain\n{rows}")
+    columns = {name: Column(name) for name in ("axial_strain", "stress_ratio", "volumetric_strain")}
+    return gc.CommandModel(("sh", "-c", "sleep 0.001; cat table"), Output(columns), templates={"table": "table"}, folder=folder)
+
+
 def library(where: str, runs: int, workers: int) -> tuple[float, float]:
     """Wall time, s, and memory, MB."""
-    function = takes_a_millisecond if where == "threads" else "scheduling:takes_a_millisecond"
     with tempfile.TemporaryDirectory() as folder:
-        model = gc.PythonModel(function, folder=Path(__file__).parent if where == "processes" else None)
+        model = a_program(Path(folder)) if where == "command" else a_function(where)
         # Imports and the first processes are not what is measured.
         gc.explore(model, SPACE, AT, folder=Path(folder) / "first", runs=2 * workers, workers=workers)
         start = time.perf_counter()

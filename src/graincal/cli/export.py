@@ -13,7 +13,7 @@ from graincal.cli.options import Folder
 from graincal.cli.saying import say
 
 if TYPE_CHECKING:
-    from graincal.campaign import Result
+    from graincal.result import Result
 
 
 class Format(str, Enum):
@@ -32,9 +32,9 @@ def export(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER")] = None,
 ) -> None:
     """Write samples, weights, errors and responses of the complete iterations for other programs, or the answer as the contact law of another DEM program."""
-    from graincal.campaign import Result
     from graincal.campaign.found.export import export_csv, export_json
     from graincal.cli.outputs import check_folder
+    from graincal.result import Result
 
     write = {Format.csv: export_csv, Format.json: export_json}.get(to) or partial(_contact, to.value)
     result, target = Result.read(folder), output or folder / "export"

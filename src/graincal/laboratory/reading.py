@@ -1,15 +1,17 @@
-"""Reading a laboratory file into a reference."""
+"""Reading a laboratory file into SI units and fractions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from numbers import Real
 from os import PathLike
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError, MeasurementError, Reference
+from graincal.errors import InputError
 from graincal.laboratory.backbone import outrun, repeated, say_lines, spans, turned_back
 from graincal.laboratory.columns import LARGEST_FRACTION, Column, Conventions, Key, Place, read_columns, refuse_mixed_units, to_plain
 from graincal.laboratory.loading_path import rows_of_path, source_of, turns_of
@@ -24,7 +26,27 @@ from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
 
 
-def read_reference(
+@dataclass(frozen=True, eq=False)
+class Test:
+    """What a laboratory file was read as: what a `graincal.Reference` is made of, whose words these are."""
+
+    control: NDArray[np.float64]
+    observables: Mapping[str, NDArray[np.float64]]
+    variance_shares: Mapping[str, float] | None
+    measurement_errors: Mapping[str, Any] | None
+    control_name: str
+    control_step: float
+    simulated: bool
+    recorded: Mapping[str, NDArray[np.float64]]
+    read_as: tuple[str, ...]
+    cut: bool
+    at_pressure: tuple[str, ...]
+    turned: tuple[str, ...]
+    idle: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def read_test(
     path: str | PathLike[str],
     control: str = "axial_strain",
     observables: Sequence[str] | Mapping[str, float] = ("stress_ratio", "volumetric_strain"),
@@ -37,7 +59,7 @@ def read_reference(
     until: float | None = None,
     confining_pressure: float | None = None,
     turns: Sequence[float] | None = None,
-    measurement_errors: Mapping[str, MeasurementError | float] | None = None,
+    measurement_errors: Mapping[str, Any] | None = None,
     control_step: float | None = None,
     simulated: bool = False,
     stage: str | int | None = None,
@@ -48,7 +70,7 @@ def read_reference(
     sheet: str | int | None = None,
     encoding: str | None = None,
     recorded: Sequence[str] = (),
-) -> Reference:
+) -> Test:
     """Read a laboratory file: delimited text, a spreadsheet or AGS4 data, in the order of the test.
 
     The file's delimiter, decimal mark and encoding are found out; what its columns mean is not guessed. A quantity is read from the column that
@@ -123,7 +145,7 @@ def read_reference(
     _refuse_wrong_way(table, sources[control].columns[0], values[control], conventions, control)
     compared, cut = _until(table, control, values[control], lines, until)
     backbone, dropped = _backbone(table, control, values[control][compared], lines[compared], unloading)
-    return Reference(
+    return Test(
         values[control][compared][backbone],
         {name: values[name][compared][backbone] for name in shares},
         None if None in shares.values() else shares,
@@ -197,8 +219,8 @@ def _values(
     return values, {key: column[kept] for key, column in since_begun.items()}, _chosen(lines, begun & loaded), notes
 
 
-def _refuse_wrong_errors(path: str, errors: Mapping[str, MeasurementError | float], observables: Mapping[str, float | None]) -> None:
-    _refuse_not_positive(path, "measurement_errors", {name: error for name, error in errors.items() if not isinstance(error, MeasurementError)})
+def _refuse_wrong_errors(path: str, errors: Mapping[str, Any], observables: Mapping[str, float | None]) -> None:
+    _refuse_not_positive(path, "measurement_errors", {name: error for name, error in errors.items() if isinstance(error, Real)})
     if unknown := set(errors) - set(observables):
         raise InputError(f"{path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(observables)} was expected.")
 

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 from graincal.campaign.file.model_section import ModelSection
 from graincal.campaign.file.names import FileName
 from graincal.campaign.file.output import OutputSection, inside
-from graincal.campaign.file.section import refused, show
+from graincal.campaign.file.section import mistake, show
 from graincal.campaign.file.values import Count, Positive, Texts
 from graincal.models import CommandModel
 from graincal.models.command.folders import Folders
@@ -49,9 +49,9 @@ class CommandSection(ModelSection):
     def _can_be_given(cls, given: list[str] | dict[str, str]) -> list[str] | dict[str, str]:
         texts = [*given.keys(), *given.values()] if isinstance(given, dict) else given
         if any("\0" in text for text in texts) or (isinstance(given, dict) and any("=" in name or not name for name in given)):
-            raise refused(f" has {show(next(text for text in texts if chr(0) in text or '=' in text or not text))}, which no program can be given")
+            raise mistake(f" has {show(next(text for text in texts if chr(0) in text or '=' in text or not text))}, which no program can be given")
         if isinstance(given, list) and not given[0].strip():
-            raise refused(" begins with an empty name, and that of a program was expected")
+            raise mistake(" begins with an empty name, and that of a program was expected")
         return given
 
     @field_validator("templates")
@@ -71,7 +71,7 @@ class CommandSection(ModelSection):
     def _have_names(cls, names: list[str]) -> list[str]:
         for name in names:
             if PurePosixPath(name).name in ("", ".."):
-                raise refused(f" has {show(name)}, and the name of a file or folder was expected")
+                raise mistake(f" has {show(name)}, and the name of a file or folder was expected")
         return names
 
     @field_validator("delimiters")
@@ -79,7 +79,7 @@ class CommandSection(ModelSection):
     def _can_be_told_apart(cls, delimiters: list[str]) -> list[str]:
         begin, end = delimiters
         if len(begin) < 2 or len(end) < 2 or begin == end or any(each.isspace() or each.isalnum() for each in begin + end):
-            raise refused(f' is {show(delimiters)}, and two that differ, of two signs or more each, were expected, such as ["<<", ">>"]')
+            raise mistake(f' is {show(delimiters)}, and two that differ, of two signs or more each, were expected, such as ["<<", ">>"]')
         return delimiters
 
     @field_validator(*_CODES[1:])
@@ -87,7 +87,7 @@ class CommandSection(ModelSection):
     def _mean_one_thing(cls, codes: list[int], info) -> list[int]:
         for key in _CODES[: _CODES.index(info.field_name)]:
             if twice := sorted(set(codes) & set(info.data.get(key, ()))):
-                raise refused(f" has {twice[0]}, which {key} has too, and each exit code was expected to mean one thing")
+                raise mistake(f" has {twice[0]}, which {key} has too, and each exit code was expected to mean one thing")
         return codes
 
     def build(self, folder: Path, control: str) -> CommandModel:

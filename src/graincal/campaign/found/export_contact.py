@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.export import write_files
-from graincal.campaign.found.result import Result
+from graincal.campaign.found.record import Record
 from graincal.data import InputError, Samples
 from graincal.models import StressPathTest
 from graincal.models.contact_lines import lammps, pfc, yade
@@ -30,7 +30,7 @@ PROGRAMS = {"yade": Program(yade.FILE_NAME, yade.yade_lines), "lammps": Program(
 """What the lines can be for, by its name on the command line."""
 
 
-def export_contact(result: Result, theta: NDArray[np.float64], called: str, program: str, folder: Path, *, replace: bool = False) -> list[Path]:
+def export_contact(result: Record, theta: NDArray[np.float64], called: str, program: str, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write the contact law at theta (n,), the campaign's `called`, such as "answer", for a program of PROGRAMS, and return the paths: one file where all experiments have the same, or else one for each.
 
     Raises InputError where an experiment's model has no contact law that graincal knows, and for files that are there already, unless they are to be replaced.
