@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from graincal import _native
+from graincal.models.contact_laws import LAWS
 from graincal.models.contact_lines.contact import Contact
 from graincal.models.contact_lines.lammps import MOST_CLASSES, lammps_lines, radius_classes
 from graincal.models.contact_lines.pfc import pfc_lines
 from graincal.models.contact_lines.yade import yade_lines
-from graincal.models.stress_path import LAWS
 
 from .pairs_elsewhere import Leg, in_lammps, in_yade, needs_lammps, needs_yade
 
@@ -37,7 +37,7 @@ def contact(law, **values):
 def in_graincal(asked, legs):
     """(legs, 2, 3): forces and torques."""
     values = asked.values
-    law = LAWS[asked.law](asked.modulus, values["nu"], asked.friction, values["beta_m"], values["eta_m"])
+    law = LAWS[asked.law].engine(asked.modulus, values["nu"], asked.friction, values["beta_m"], values["eta_m"])
     simulation = _native.Simulation(POSITIONS, np.array(RADII), np.diag([8.0] * 3), law, 1e30, precision="float64", economy=_native.Economy())
     forces, torques = [], []
     for leg in legs:

@@ -5,15 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from physics.curves import OBSERVABLES, error, mean_curve, replicate_floor, sample_error
 
 from graincal import Failure, InputError, Packing, Response, Samples, TriaxialTest, demo
 from graincal.models import YadeModel
-from graincal.models.contact_parameters import PARAMETERS
 from graincal.models.output import Column, Output
 from graincal.models.rests import REST_EVERY, strains_at_rest
-from graincal.models.yade.model import script, triaxial
-
-from physics.curves import OBSERVABLES, error, mean_curve, replicate_floor, sample_error
+from graincal.models.yade.model import PARAMETERS, script, triaxial
 
 from .pairs_elsewhere import needs_yade
 

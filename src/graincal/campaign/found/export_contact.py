@@ -16,7 +16,6 @@ from graincal.data import InputError, Samples
 from graincal.models import StressPathTest
 from graincal.models.contact_lines import lammps, pfc, yade
 from graincal.models.contact_lines.contact import Contact
-from graincal.models.contact_parameters import PARAMETERS
 
 
 class Program(NamedTuple):
@@ -41,7 +40,7 @@ def export_contact(result: Record, theta: NDArray[np.float64], called: str, prog
         if not isinstance(test, StressPathTest):
             raise InputError(f'export: contact lines are of models whose contact law graincal knows, and that of the experiment "{experiment.name}" is no test of its own engine: export its samples with --to csv.')
         seen = result.space.seen_by(number, Samples(np.zeros(1, dtype=np.int64), theta[None], result.space.names))
-        values = dict(zip(PARAMETERS, test.arrange(seen)[0].tolist()))
+        values = dict(zip(test.parameters, test.arrange(seen)[0].tolist()))
         radii = np.concatenate([packing.radii for packing in test.packings])
         texts[experiment.name] = wanted.lines(Contact(test.law, values, radii, f"{called} of {result.folder or 'a calibration'}"))
     if len(set(texts.values())) == 1:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from graincal.data import InputError
 from graincal.models.command.model import CommandModel
 from graincal.models.command.work import CommandWork
-from graincal.models.contact_parameters import PARAMETERS, limits_of, outside
+from graincal.models.contact_laws import LAWS
 from graincal.models.output import Column, Output
 from graincal.models.rests import REST_EVERY, strains_at_rest
 from graincal.models.stress_path import RETURNED, checked_strains
@@ -23,6 +23,9 @@ TRIAXIAL_SCRIPT = Path(__file__).with_name("triaxial_script.py")
 
 TABLE, LINE = "parameters.table", 2
 """The file that a script's `readParamsFromTable` is led to, and the line of it that has the values, counted as YADE counts."""
+
+PARAMETERS = LAWS["linear"].names
+"""Of either law that the test can have."""
 
 WITHOUT_ROLLING = ("beta_m", "eta_m")
 """Parameters that must be 0 with YADE's Hertz-Mindlin."""
@@ -64,9 +67,14 @@ class YadeModel(CommandModel):
 
     def _check_parameters(self, parameters: Sequence[str]) -> None:
         """Raise InputError for parameters that graincal's own script does not take; those that it lacks are missed by whoever fills in its arguments."""
-        taken = [name for name in PARAMETERS if any(f"-p={name}={{{{ {name} }}}}" == text for text in self.command)]
+        taken = [name for name in PARAMETERS if _told(name) in self.command]
         if unknown := [name for name in parameters if name not in taken]:
             raise InputError(f"a triaxial test by YADE takes the parameters {', '.join(taken) or 'that are not fixed'}, and {unknown[0]} is not one of them{did_you_mean(unknown[0], taken)}.")
+
+
+def _told(name: str) -> str:
+    """The argument that tells graincal's own script a parameter."""
+    return f"-p={name}={{{{ {name} }}}}"
 
 
 def triaxial(
@@ -84,10 +92,10 @@ def triaxial(
     for name, value in fixed.items():
         if name not in PARAMETERS:
             raise InputError(f"fixed: {name} is not among the test's parameters {', '.join(PARAMETERS)}{did_you_mean(name, PARAMETERS)}.")
-        if outside(name, value, law):
-            raise InputError(f"fixed.{name} must be a number {limits_of(name, law)}, not {value!r}.")
+        if (parameter := LAWS[law].parameter(name)).excludes(value):
+            raise InputError(f"fixed.{name} must be a number {parameter.limits}, not {value!r}{parameter.meant(value)}.")
     packing = packing.absolute()
-    given = [f"-p={name}={fixed[name]!r}" if name in fixed else f"-p={name}={{{{ {name} }}}}" for name in PARAMETERS]
+    given = [f"-p={name}={fixed[name]!r}" if name in fixed else _told(name) for name in PARAMETERS]
     test = ["--packing", packing.name, "--confining-pressure", repr(float(confining_pressure)), "--density-scaling", repr(float(density_scaling)), "--cell-inertia", "graincal", "--law", law]
     command = (program, "-n", "-x", f"-j{cores}", TRIAXIAL_SCRIPT.name, "--", *test, *given, "-o", "curve.csv")
     output = Output({name: Column(name) for name in RETURNED if name != "contacts"}, "curve.csv")
