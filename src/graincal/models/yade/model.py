@@ -53,6 +53,9 @@ class YadeModel(CommandModel):
     def _work(self, parameters: Sequence[str], at: ArrayLike) -> CommandWork:
         work = super()._work(parameters, at)
         if self.table:
+            known = [*parameters, *self.derived]
+            if unknown := [name for name in self.table if name not in known]:
+                raise InputError(f"table names {unknown[0]}{did_you_mean(unknown[0], known)}, which is no parameter and not derived, and some of {', '.join(known)} were expected.")
             begin, end = self.delimiters
             text = f"{' '.join(self.table)}\n{' '.join(f'{begin} {name} {end}' for name in self.table)}\n"
             inputs = replace(work.inputs, templates={**work.inputs.templates, TABLE: text}, environment={**work.inputs.environment, "YADE_BATCH": f"{TABLE}:{LINE}"})
