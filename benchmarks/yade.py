@@ -126,7 +126,7 @@ def calibrate(folder: Path, packing: Path, name: str, look: str, seed: int, eval
     file = folder / "calibration.toml"
     file.write_text(FILE.replace("PACKING", str(packing.resolve())).replace("EVALUATIONS", str(evaluations)) + look)
     start = time.monotonic()
-    result = begin(replace(read_calibration(file), seed=seed), folder / f"{name} {seed}", 2)
+    result = begin(replace(read_calibration(file), seed=seed, workers=2), folder / f"{name} {seed}")
     minutes = (time.monotonic() - start) / 60
     near = np.flatnonzero(result.errors <= NEAR)
     settled = str(result.evaluations) if result.settled else f"not in {result.evaluations}"
