@@ -6,21 +6,19 @@ import shutil
 import signal
 import subprocess
 import sys
-import textwrap
 import time
 from pathlib import Path
 from uuid import uuid4
 
 import numpy as np
 import pytest
+from models.programs import ends, running
 
 import graincal as gc
 from graincal.campaign.file.config import read_calibration
 from graincal.campaign.found.status import status
 from graincal.campaign.stored.store import Store
 from graincal.data import InputError
-
-from models.programs import ends, running
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "c_program"
 
@@ -178,6 +176,7 @@ def test_asked_to_end_with_programs_under_way_it_leaves_none(tmp_path, number):
     process.send_signal(number)
     assert process.wait(30) == (130 if number == signal.SIGINT else 143)
     assert ends(mark, 2) and status(folder)["evaluations"] == 0 and not Store.open(folder).failure_kinds()
+    assert not list((folder / "evaluations").iterdir())
 
 
 @pytest.mark.parametrize(
@@ -216,6 +215,17 @@ def test_check_runs_nothing_of_the_user_s_and_with_run_it_draws_what_was_read(tm
     failed = call("check", file, "--run")
     assert "failed, exit_code: the program ended with the exit code 3" in failed.out and "    what is wrong" in failed.out
     assert "one of them was expected" in call("check", file, "--run", "--json").err
+
+
+def test_runs_of_a_program_serve_another_calibration_of_it_whatever_its_limits(tmp_path):
+    file = write(tmp_path)
+    calibrate(file, tmp_path / "campaign")
+    posterior = [('method = "iterative-bayesian"\nalpha  = 4', ""), ("max_iterations = 2", "max_evaluations = 11")]
+    file = write(tmp_path, replace=[*posterior, ("time_limit = 60", "time_limit = 50\nmemory = 1e9")])
+    known = read_calibration(file, [tmp_path / "campaign"]).known
+    assert len(known) == 16 and "program.py '{{ a }}' '{{ b }}' mark" in known.sources[0]
+    with pytest.raises(InputError, match="they differ in command"):
+        read_calibration(write(tmp_path, mark="other", replace=posterior), [tmp_path / "campaign"])
 
 
 def test_a_store_has_all_of_a_program_again(tmp_path):

@@ -20,7 +20,7 @@ import pytest
 from graincal import Failure, InputError, Response
 from graincal.execution import Scheduler
 from graincal.models.command import program
-from graincal.models.output import STANDARD_OUTPUT, Column, Output
+from graincal.models.output import STANDARD_OUTPUT, Output
 
 from .programs import AT, OUTPUT, PYTHON, WRITES, ends, model, outcome, outcomes, running, samples, shell
 
@@ -223,6 +223,32 @@ def test_what_a_program_starts_ends_with_it(sleeps, kind):
     assert found.kind == kind and ends(mark, 0)
 
 
+MPI = ("mpirun", "--allow-run-as-root", "--oversubscribe", "-np", "2")
+RANK = "rank = os.environ.get('OMPI_COMM_WORLD_RANK', os.environ.get('PMI_RANK', '0'))"
+
+
+def _has_open_mpi():
+    return shutil.which("mpirun") is not None and b"Open MPI" in subprocess.run(["mpirun", "--version"], capture_output=True).stdout
+
+
+@pytest.mark.skipif(not _has_open_mpi(), reason="there is no mpirun of Open MPI, which starts the ranks of a parallel program")
+def test_the_ranks_of_a_parallel_program_end_with_it(tmp_path):
+    mark = uuid4().hex
+    works = f"import os; {RANK}\nif rank == '0':\n" + textwrap.indent(WRITES, "    ")
+    assert isinstance(outcome(model(command=(*MPI, *PYTHON, works, "{{ a }}"), cores=2)), Response)
+    waits = f"import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(600) # {mark}"
+    found = []
+    thread = threading.Thread(target=lambda: found.append(outcome(model(command=(*MPI, *PYTHON, waits), cores=2, limits={"time_limit": 6.0}))))
+    thread.start()
+    deadline = time.monotonic() + 6
+    # mpirun has the mark too.
+    while len(running(mark)) < 3 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert len(running(mark)) == 3
+    thread.join()
+    assert found[0].kind == "timed_out" and ends(mark, 0)
+
+
 def test_evaluations_that_nobody_waits_for_any_more_end_at_once():
     mark = uuid4().hex
     scheduler = Scheduler(2)
@@ -300,9 +326,12 @@ def test_the_last_hundred_are_kept(tmp_path, monkeypatch):
 def test_scratch_runs_elsewhere_and_brings_the_declared_output_back(tmp_path, monkeypatch):
     (scratch := tmp_path / "scratch").mkdir()
     monkeypatch.setenv("NODE_DISK", str(scratch))
+    (tmp_path / "kept").mkdir()
     found = outcome(model(WRITES + "open('large', 'w').write('x')\nimport os; open('where.txt', 'w').write(os.getcwd())", root=tmp_path / "kept", keep="all", scratch="$NODE_DISK"))
     assert isinstance(found, Response) and not list(scratch.iterdir())
     assert sorted(each.name for each in (tmp_path / "kept" / "00000" / "attempt-0").iterdir()) == ["curve.csv", "outcome.txt", "printed.txt"]
+    # A machine that does not see the campaign's folder.
+    assert isinstance(outcome(model(root=tmp_path / "not" / "seen", keep="all", scratch="$NODE_DISK")), Response) and not (tmp_path / "not").exists()
     assert outcome(model(scratch="$NO_SUCH_NAME")).kind == "not_started" and outcome(model(scratch=str(tmp_path / "nowhere"))).kind == "not_started"
 
 

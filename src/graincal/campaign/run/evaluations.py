@@ -16,6 +16,7 @@ from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
+from graincal.campaign.stored.trouble import FolderError
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.execution import Ended, Scheduler, Task
 from graincal.inference.likelihood.early_stop import EarlyStop
@@ -28,7 +29,10 @@ def in_folder(calibration: Calibration, folder: Path) -> Calibration:
     """The calibration, whose evaluations keep their files in this folder: in one of each experiment's name, where there are several."""
     several = len(calibration.experiments) > 1
     places = [folder / file_name(each.name) if several else folder for each in calibration.experiments]
-    return replace(calibration, experiments=[replace(each, model=each.model.in_folder(place)) for each, place in zip(calibration.experiments, places)])
+    try:
+        return replace(calibration, experiments=[replace(each, model=each.model.in_folder(place)) for each, place in zip(calibration.experiments, places)])
+    except OSError as error:
+        raise FolderError.of(folder, error) from error
 
 
 class Evaluation(NamedTuple):

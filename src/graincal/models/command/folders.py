@@ -36,9 +36,10 @@ class Folders:
 
     def begin(self, id: int) -> Attempt:
         """A folder for an attempt. Raises OSError, and NoScratch."""
-        kept = self._attempt(id) if self.root is not None and (self.scratch is None or self.keep != "none") else None
-        if self.scratch is None and kept is not None:
-            return Attempt(kept, kept)
+        if self.root is not None and self.scratch is None:
+            return Attempt(attempt := self._attempt(id), attempt)
+        # The machine may not see the campaign's folder, and then what it ran on its own disk leaves nothing.
+        kept = self._attempt(id) if self.root is not None and self.keep != "none" and self.root.is_dir() else None
         return Attempt(Path(tempfile.mkdtemp(prefix=f"graincal-{id}-", dir=self._scratch())), kept)
 
     def _attempt(self, id: int) -> Path:
@@ -80,6 +81,11 @@ class Folders:
         if attempt.kept is not None:
             self._tidy(attempt.kept, keeps)
 
+    def discard(self, attempt: Attempt) -> None:
+        """Leave nothing of an attempt that nobody wanted to its end."""
+        for folder in {attempt.folder, attempt.kept} - {None}:
+            _remove(folder)
+
     def _tidy(self, kept: Path, keeps: bool) -> None:
         """Remove an attempt that is not kept, or the oldest of too many that are."""
         if not keeps:
@@ -89,12 +95,12 @@ class Folders:
             for outcome in ended[: max(0, len(ended) - MOST_KEPT)]:
                 _remove(outcome.parent)
 
-    def sweep(self) -> None:
-        """Remove what attempts left that never came to their ends, for whoever controlled them was killed: only while nothing is under way."""
-        if self.root is not None:
-            for attempt in self.root.glob("*/attempt-*"):
-                if not (attempt / OUTCOME).exists():
-                    _remove(attempt)
+    def make_ready(self) -> None:
+        """Make `root`, or remove what attempts left in it that never came to their ends, for whoever controlled them was killed: only while nothing is under way. Raises OSError."""
+        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        for attempt in self.root.glob("*/attempt-*"):
+            if not (attempt / OUTCOME).exists():
+                _remove(attempt)
 
 
 @dataclass(frozen=True)
@@ -107,9 +113,10 @@ class Attempt:
 
 def _remove(attempt: Path) -> None:
     shutil.rmtree(attempt, ignore_errors=True)
-    with suppress(OSError):
-        # Others of the same evaluation may be there.
-        attempt.parent.rmdir()
+    if attempt.name.startswith("attempt-"):
+        with suppress(OSError):
+            # Others of the same evaluation may be there.
+            attempt.parent.rmdir()
 
 
 def _age(path: Path) -> float:

@@ -117,15 +117,20 @@ class Run:
         """Begin, and return the process's number. Raises OSError."""
         request = self.request
         declared = request["output"] is not None
-        self.process = subprocess.Popen(
-            request["command"], cwd=request["folder"], env=request["environment"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE if declared else subprocess.STDOUT, process_group=0, preexec_fn=_end_with_parent,
-        )  # fmt: skip
+        if declared:
+            self.file = open(request["output"], "wb")
+        try:
+            self.process = subprocess.Popen(
+                request["command"], cwd=request["folder"], env=request["environment"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE if declared else subprocess.STDOUT, process_group=0, preexec_fn=_end_with_parent,
+            )  # fmt: skip
+        except BaseException:
+            if declared:
+                self.file.close()
+            raise
         self.begun = time.monotonic()
         self.deadline = self.begun + request["time_limit"]
         self.pid = self.process.pid
-        if declared:
-            self.file = open(request["output"], "wb")
         for stream in filter(None, (self.process.stdout, self.process.stderr)):
             os.set_blocking(stream.fileno(), False)
             self.pipes[stream.fileno()] = stream

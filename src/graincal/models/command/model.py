@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from graincal.data import InputError, Samples
+from graincal.data import Failure, InputError, Samples
 from graincal.execution import Limit, Task
 from graincal.files import unreadable
 from graincal.models.command.folders import Folders
@@ -18,6 +18,8 @@ from graincal.models.command.inputs import BRACES, Given, Inputs
 from graincal.models.command.work import CommandWork, Limits
 from graincal.models.model import Model
 from graincal.models.output import STANDARD_OUTPUT, Column, Output
+
+_RUNNING = ("cores", "max_at_once")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +33,8 @@ class CommandModel(Model):
     folder: where `link` and `templates` are looked for. limits: time, memory and the meanings of exit codes. cores: how many workers' places an evaluation takes. max_at_once: how many run at once at the most.
     folders: where evaluations keep their files.
     """
+
+    kind: ClassVar[str] = "command"
 
     command: tuple[str, ...]
     output: Output
@@ -77,15 +81,15 @@ class CommandModel(Model):
         limit = None if self.max_at_once is None else Limit(self.command[0], self.max_at_once)
         return [Task(work, (int(id), tuple(map(float, theta))), cores=self.cores, limit=limit) for id, theta in zip(samples.ids, samples.theta)]
 
-    def given(self, samples: Samples, at: ArrayLike) -> list[Given | Any]:
-        """The inputs of each sample, or the Failure that making them came to; nothing is run."""
+    def given(self, samples: Samples, at: ArrayLike) -> list[Given | Failure]:
+        """The inputs of each sample, or what making them came to; nothing is run."""
         work = self._work(samples.names, at)
         return [work.given(tuple(map(float, theta))) for theta in samples.theta]
 
     def in_folder(self, folder: Path) -> CommandModel:
-        """The same, whose evaluations keep their files there; what a killed process left of some is removed."""
+        """The same, whose evaluations keep their files there; what a killed process left of some is removed. Raises OSError."""
         folders = replace(self.folders, root=folder)
-        folders.sweep()
+        folders.make_ready()
         return replace(self, folders=folders)
 
     def _work(self, parameters: Sequence[str], at: ArrayLike) -> CommandWork:
@@ -96,23 +100,27 @@ class CommandModel(Model):
 
     def described(self) -> dict[str, Any]:
         """It as plain data (what JSON holds)."""
-        plain = {key: value for key, value in self.__dict__.items() if key not in ("folders", "folder", "output", "limits")}
-        kept = {"keep": self.folders.keep, "scratch": self.folders.scratch}
-        return {"kind": "command", **plain, "folder": str(self.folder.absolute()), "output": asdict(self.output), "limits": asdict(self.limits), **kept}
+        plain = {key: value for key, value in self.__dict__.items() if key not in ("folders", "folder", "output", "limits", *_RUNNING)}
+        # What its runs do not depend on: others with the same of everything else are the same.
+        running = {key: getattr(self, key) for key in _RUNNING} | {"keep": self.folders.keep, "scratch": self.folders.scratch}
+        limits = asdict(self.limits)
+        running |= {key: limits.pop(key) for key in ("time_limit", "memory")}
+        return {"kind": "command", **plain, "folder": str(self.folder.absolute()), "output": asdict(self.output), "exit_codes": limits, "running": running}
 
     @classmethod
     def restored(cls, described: Mapping[str, Any]) -> CommandModel:
         """The model that was described."""
-        given = {key: value for key, value in described.items() if key not in ("kind", "keep", "scratch")}
-        output = dict(given.pop("output"))
+        given = {key: value for key, value in described.items() if key not in ("kind", "output", "exit_codes", "running")}
+        output, running = dict(described["output"]), dict(described["running"])
         columns = {name: Column(**column) for name, column in output.pop("columns").items()}
-        limits = {key: tuple(value) if isinstance(value, list) else value for key, value in given.pop("limits").items()}
+        codes = {key: tuple(value) for key, value in described["exit_codes"].items()}
         given |= {key: tuple(given[key]) for key in ("command", "link", "delimiters")}
         return cls(
             **given | {"folder": Path(given["folder"])},
+            **{key: running[key] for key in _RUNNING},
             output=Output(columns, **output | {"zero": tuple(output["zero"])}),
-            limits=Limits(**limits),
-            folders=Folders(keep=described["keep"], scratch=described["scratch"]),
+            limits=Limits(running["time_limit"], running["memory"], **codes),
+            folders=Folders(keep=running["keep"], scratch=running["scratch"]),
         )
 
 

@@ -84,14 +84,18 @@ class CommandWork:
             return Failure("not_started", str(error))
         except OSError as error:
             return Failure(LOST, f"there is no folder for the evaluation ({error}).")
-        outcome, printed = Failure(LOST, "it was broken off."), ""
         try:
             given.put(attempt.folder)
             ended = program.run(self._program(given, attempt.folder), stopped)
             outcome, printed = self._outcome(ended, attempt.folder), ended.printed
         except OSError as error:
-            outcome = Failure(LOST, f"the files of the evaluation cannot be written or read ({error}).")
-        finally:
+            outcome, printed = Failure(LOST, f"the files of the evaluation cannot be written or read ({error})."), ""
+        except BaseException:
+            self.folders.discard(attempt)
+            raise
+        if stopped():
+            self.folders.discard(attempt)
+        else:
             self.folders.end(attempt, outcome, printed, self._written(attempt.folder))
         return outcome
 
