@@ -81,6 +81,13 @@ def test_what_cannot_be_is_one_sentence(written, call, model, said):
     assert called.code == 1 and said in called.err + called.out and "Traceback" not in called.err
 
 
+def test_a_range_without_meaning_is_said_before_anything_runs(written, call):
+    path = written(TRIAXIAL)
+    path.write_text(path.read_text().replace("[20, 40]", "[20, 95]"))
+    called = call("check", path)
+    assert called.code == 1 and "parameters.phi.range must hold numbers at least 0 and below 90" in called.err
+
+
 def test_the_engine_may_look_first(written):
     look = read_calibration(written(TRIAXIAL + ", time_limit = 50", rest='\n[first_look]\nmodel = { kind = "triaxial" }\n')).look
     test = look.experiments[0].model

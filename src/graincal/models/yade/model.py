@@ -36,11 +36,12 @@ class YadeModel(CommandModel):
     """YADE, which runs a script for each sample: `triaxial` for graincal's own, `script` for one of the user's.
 
     table: names of the parameters, or derived values, that the script reads by `readParamsFromTable`, as in YADE's batch. rest_every: the strain from one state at rest to the next, of graincal's own script, which is
-    told the states that the reference needs; None for others. All else is as of any program.
+    told the states that the reference needs; None for others. law: its contact law. All else is as of any program.
     """
 
     table: tuple[str, ...] = ()
     rest_every: float | None = None
+    law: str | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -102,7 +103,7 @@ def triaxial(
     test = ["--packing", packing.name, "--confining-pressure", repr(float(confining_pressure)), "--density-scaling", repr(float(density_scaling)), "--cell-inertia", "graincal", "--law", law]
     command = (program, "-n", "-x", f"-j{cores}", TRIAXIAL_SCRIPT.name, "--", *test, *given, "-o", "curve.csv")
     output = Output({name: Column(name) for name in RETURNED if name != "contacts"}, "curve.csv")
-    return YadeModel(command, output, link=(str(TRIAXIAL_SCRIPT), str(packing)), cores=cores, rest_every=rest_every, **options)
+    return YadeModel(command, output, link=(str(TRIAXIAL_SCRIPT), str(packing)), cores=cores, rest_every=rest_every, law=law, **options)
 
 
 def script(path: str, output: Output, *, arguments: Sequence[str] = (), table: Sequence[str] = (), program: str = "yade", cores: int = 1, link: Sequence[str] = (), **options: Any) -> YadeModel:
