@@ -14,6 +14,8 @@ ROOT = Path(graincal.__file__).parent
 LAYERS = [
     ["lazily", "build", "suggestion", "notation"],
     ["errors"],
+    ["arrays", "constraint"],
+    ["parameter_space"],
     ["files", "positions", "drawing"],
     ["notebook", "laboratory"],
     ["data"],

@@ -101,11 +101,14 @@ def _question(question) -> str:
 
 def _say_calibration(calibration: Calibration) -> None:
     """Parameters, experiments, and what was known before."""
+    from graincal.campaign.asked.prior import beside_ranges
     from graincal.inference import IterativeBayesianFilter, sample_size_advice
 
     space = calibration.space
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):
         say(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
+    for sentence in beside_ranges(space):
+        say(sentence)
     for experiment in calibration.experiments:
         say("\n".join(_describe(experiment, calibration.method)))
     for source in calibration.known.sources if calibration.known else ():

@@ -20,6 +20,7 @@ from graincal.inference.likelihood.packings import Siblings
 from graincal.inference.posterior.emulation import Found
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.posterior.knowledge import Knowledge
+from graincal.inference.sampling.samples import halton
 from graincal.laboratory.vocabulary import did_you_mean_observable
 from graincal.models import Model, StressPathTest
 from graincal.models.contact_laws import check_ranges, check_units
@@ -111,8 +112,10 @@ class Calibration:
         """How many of the built-in engine's runs are FILLING particle-steps; None for other models."""
         n = self.space.size
         try:
-            middle = np.linspace(0, 1, 21)[:, None] * np.ones(n)
-            samples = Samples(np.arange(len(middle)), self.space.from_unit(middle), self.space.names)
+            theta = self.space.from_unit(np.linspace(0, 1, 21)[:, None] * np.ones(n))
+            if self.space.constraints:
+                theta = halton(self.space, len(theta), np.random.default_rng(0))
+            samples = Samples(np.arange(len(theta)), theta, self.space.names)
             costs = [experiment.expected_particle_steps(self.space.seen_by(number, samples)) for number, experiment in enumerate(self.experiments)]
         except InputError:
             # What is wrong with it `check` says.
@@ -153,7 +156,7 @@ class Calibration:
 
     def check_names(self) -> None:
         """Raise InputError for a name or a unit that cannot be shown as it is. One that was begun before may have some."""
-        given = {"experiment": [each.name for each in self.experiments], "parameter": self.space.names, "unit": [unit for unit in self.space.units if unit]}
+        given = {"experiment": [each.name for each in self.experiments], "parameter": (*self.space.names, *self.space.fixed), "unit": [unit for unit in (*self.space.units, *self.space.units_of_fixed.values()) if unit]}
         given["quantity"] = [name for each in self.experiments for name in (each.reference.control_name, *each.reference.measured)]
         for what, names in given.items():
             if wrong := [name for name in names if not (isinstance(name, str) and is_printable(name, MOST))]:
@@ -239,7 +242,7 @@ class Calibration:
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
         # A model that is given no samples says what is wrong with everything else.
-        nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names)
+        nothing = space.seen_by(0, Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names))
         try:
             model.check(experiment.reference.control, nothing)
         except InputError as error:

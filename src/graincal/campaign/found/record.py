@@ -246,7 +246,7 @@ class Record:
     @property
     def shrinkage(self) -> NDArray[np.float64]:
         """The posterior's standard deviation over the prior's, (n,): near 1 nothing was learnt. Only where there is a posterior."""
-        return self.posterior.std() * np.sqrt(12) / (self.space.high - self.space.low)
+        return self.posterior.relative_std(self.space)
 
     @property
     def fits_about_as_well(self) -> LikelyRuns | None:

@@ -47,7 +47,7 @@ class _Gathered:
 def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> KnownRuns:
     """The runs in the folders of campaigns and libraries that a calibration can learn from.
 
-    A run counts that was made on the same packings by the same law along the same path with the same settings, at parameters within the calibration's ranges, and covers its references. The reference
+    A run counts that was made on the same packings by the same law along the same path with the same settings, at parameters that the calibration's prior holds possible, and covers its references. The reference
     that it was made for does not matter. A triaxial test whose grains' density follows from the inertial number is the same in units of its confining pressure, and so serves at any:
     a run at another pressure is one at a log_E as much higher. Functions of Python are compared by their names, which is said. Raises InputError, with the difference by name, for a folder whose models are others or that has no run to learn from.
     """
@@ -216,14 +216,16 @@ def _parameters(store: Store, numbers: Sequence[int], samples: Samples, calibrat
         if _scales(experiment.model):
             values["log_E"] = values["log_E"] + np.log10(experiment.model.confining_pressure / theirs.experiments[other].model.confining_pressure)
         own = space.of_experiment(number)
-        wanted = {name: (float(low), float(high)) for name, low, high in zip(own.names, own.low, own.high)}
+        # As far as values that differ by less than SAME are the same.
+        ends = [own.moved(own.low, np.full(own.size, -SAME)), own.low, own.high, own.moved(own.high, np.full(own.size, SAME))]
+        wanted = {name: tuple(map(float, each)) for name, *each in zip(own.names, *ends)}
         if missing := sorted(wanted.keys() - values.keys()):
             raise InputError(f"{store.folder}: its runs have no {', '.join(missing)}, and {', '.join(own.names)} were expected.")
-        fixed = getattr(experiment.model, "fixed", {})
+        fixed = dict(getattr(experiment.model, "fixed", {})) | own.fixed
         for name, known in values.items():
             if name in wanted:
-                low, high = wanted[name]
-                wrong = (known < low - SAME * (high - low)) | (known > high + SAME * (high - low))
+                lowest, low, high, highest = wanted[name]
+                wrong = (known < lowest) | (known > highest)
                 known, reason = np.clip(known, low, high), f"at {name} outside {low:g} to {high:g}"
             elif name in fixed:
                 wrong, reason = ~np.isclose(known, fixed[name], rtol=1e-9, atol=1e-12), f"at another {name} than {fixed[name]:g}"
@@ -234,6 +236,8 @@ def _parameters(store: Store, numbers: Sequence[int], samples: Samples, calibrat
                 apart = np.isfinite(theta[:, column]) & ~np.isclose(theta[:, column], known, rtol=1e-9, atol=1e-12)
                 reasons = [before or (f"at several values of {name}" if bad else "") for before, bad in zip(reasons, apart)]
                 theta[:, column] = known
+    for constraint in space.constraints:
+        reasons = [before or ("" if met else f"where {constraint.source} does not hold") for before, met in zip(reasons, constraint.holds(theta))]
     return theta, reasons
 
 
