@@ -32,6 +32,7 @@ from graincal import _native
 from graincal.dem.preparation import prepare
 from graincal.models.economy import ACCURACIES, DENSITY, PRECISIONS
 from graincal.models.proportion import ENGINE_PRESSURE, for_engine
+from graincal.models.yade.model import TRIAXIAL_SCRIPT
 
 THETA = {"log_E": 8.72, "nu": 0.227, "phi": 28.1, "beta_m": 0.079, "eta_m": 0.569}
 CONFINING_PRESSURE = 0.5e6
@@ -204,7 +205,7 @@ def measure_yade(packing: Path, scaling: float, at: np.ndarray) -> Measured:
     if shutil.which("yade") is None:
         raise SystemExit("YADE is not installed: 'apt-get install yade' on Debian and Ubuntu.")
     curve = packing.with_name("yade.csv")
-    command = ["yade", "-n", "-x", "-j1", str(Path(__file__).with_name("yade_triaxial.py")), "--", "--packing", str(packing), "--cell-inertia", "graincal"]
+    command = ["yade", "-n", "-x", "-j1", str(TRIAXIAL_SCRIPT), "--", "--packing", str(packing), "--cell-inertia", "graincal"]
     command += ["--confining-pressure", str(CONFINING_PRESSURE), "--axial-strain", str(at[-1]), "--increment", str(INCREMENT)]
     command += ["--density-scaling", str(scaling), "-o", str(curve), *_parameters()]
     seconds = measure_process(command)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from enum import Enum
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from graincal.cli.options import Folder
 from graincal.cli.saying import say
+
+if TYPE_CHECKING:
+    from graincal.result import Result
 
 
 class Format(str, Enum):
@@ -17,19 +21,22 @@ class Format(str, Enum):
 
     csv = "csv"
     json = "json"
+    yade = "yade"
+    lammps = "lammps"
+    pfc = "pfc"
 
 
 def export(
     folder: Folder,
-    to: Annotated[Format, typer.Option(help="Tables as CSV, or one JSON document.")],
+    to: Annotated[Format, typer.Option(help="Tables as CSV, or one JSON document; or the contact law at the answer, as lines for another DEM program.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER")] = None,
 ) -> None:
-    """Write samples, weights, errors and responses of the complete iterations for other programs."""
+    """Write samples, weights, errors and responses of the complete iterations for other programs, or the answer as the contact law of another DEM program."""
     from graincal.campaign.found.export import export_csv, export_json
     from graincal.cli.outputs import check_folder
     from graincal.result import Result
 
-    write = {Format.csv: export_csv, Format.json: export_json}[to]
+    write = {Format.csv: export_csv, Format.json: export_json}.get(to) or partial(_contact, to.value)
     result, target = Result.read(folder), output or folder / "export"
     check_folder(target)
     before = set(target.glob("*"))
@@ -38,3 +45,14 @@ def export(
         say(path)
     if replaced := before.intersection(written):
         say(f"{len(replaced)} of these replaced the files of an earlier export.", err=True)
+
+
+def _contact(program: str, result: Result, folder: Path, *, replace: bool) -> list[Path]:
+    from graincal.campaign.found.export_contact import export_contact
+    from graincal.data import InputError
+    from graincal.report.answer import answer_of, name_of_answer
+
+    answer = answer_of(result)
+    if answer is None:
+        raise InputError(f"{result.folder}: all of its evaluations failed, so there is no answer to export.")
+    return export_contact(result, answer.theta, name_of_answer(result), program, folder, replace=replace)

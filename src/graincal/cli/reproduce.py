@@ -33,7 +33,6 @@ def reproduce(
     import sys
 
     from graincal.cli.console import PrintableConsole
-
     from graincal.cli.options import parse_workers
     from graincal.cli.progress import Progress
     from graincal.data import InputError

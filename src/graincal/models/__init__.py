@@ -11,6 +11,7 @@ from graincal.models.stress_path import StressPathTest
 if TYPE_CHECKING:
     from graincal.models.command.model import CommandModel
     from graincal.models.python import PythonModel
+    from graincal.models.yade.model import YadeModel
 
 __all__ = [
     "TESTS",
@@ -25,6 +26,7 @@ __all__ = [
     "TableTest",
     "TriaxialTest",
     "UndrainedTest",
+    "YadeModel",
 ]
 
-__getattr__ = exported(__name__, {"graincal.models.command.model": ["CommandModel"], "graincal.models.python": ["PythonModel"]})
+__getattr__ = exported(__name__, {"graincal.models.command.model": ["CommandModel"], "graincal.models.python": ["PythonModel"], "graincal.models.yade.model": ["YadeModel"]})

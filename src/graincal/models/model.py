@@ -18,6 +18,9 @@ from graincal.execution import Ended, Outcomes, Task, run
 class Model(ABC):
     """Whatever can say how samples are evaluated: what derives from this class and has `tasks`."""
 
+    law: str | None = None
+    """The name of a contact law (`contact_laws.LAWS`) whose parameters the model takes; None for models that have others."""
+
     @abstractmethod
     def tasks(self, samples: Samples, at: ArrayLike) -> Sequence[Task]:
         """A task for each sample, in their order, whose response covers the control values `at` (T,). A response is on states of the model's own, the same for each sample, or on `at` itself.

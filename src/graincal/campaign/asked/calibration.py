@@ -240,6 +240,7 @@ class Calibration:
                 raise InputError(
                     f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
                 )
+        if model.law:
             check_units(space, model.law)
             check_ranges(space, model.law)
         try:

@@ -20,8 +20,11 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, TableTest
+from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, TableTest, YadeModel
 from graincal.parameter_space import LINEAR
+
+PROGRAMS = {"command": CommandModel, "yade": YadeModel}
+"""Models that are programs, by their kinds."""
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -197,8 +200,8 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
         return TESTS[described["kind"]](packings, **options)
-    if described["kind"] == "command":
-        return CommandModel.restored(described)
+    if described["kind"] in PROGRAMS:
+        return PROGRAMS[described["kind"]].restored(described)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))

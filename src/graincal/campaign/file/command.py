@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
@@ -91,20 +91,20 @@ class CommandSection(ModelSection):
         return codes
 
     def build(self, folder: Path, control: str) -> CommandModel:
-        limits = Limits(self.time_limit, self.memory, tuple(self.success_exit_codes), tuple(self.retry_exit_codes), tuple(self.infeasible_exit_codes))
-        return CommandModel(
-            tuple(self.command),
-            self.output.build(),
-            control,
-            self.derived,
-            tuple(self.link),
-            self.templates,
-            tuple(self.delimiters),
-            self.environment,
-            self.parameters_file,
-            limits,
-            self.cores,
-            self.max_at_once,
-            Folders(keep=self.keep, scratch=self.scratch),
-            folder.resolve(),
-        )
+        return CommandModel(tuple(self.command), self.output.build(), link=tuple(self.link), **self.options(folder, control))
+
+    def options(self, folder: Path, control: str) -> dict[str, Any]:
+        """What any program is told, beside its command, its output and its links."""
+        return {
+            "control": control,
+            "derived": self.derived,
+            "templates": self.templates,
+            "delimiters": tuple(self.delimiters),
+            "environment": self.environment,
+            "parameters_file": self.parameters_file,
+            "limits": Limits(self.time_limit, self.memory, tuple(self.success_exit_codes), tuple(self.retry_exit_codes), tuple(self.infeasible_exit_codes)),
+            "cores": self.cores,
+            "max_at_once": self.max_at_once,
+            "folders": Folders(keep=self.keep, scratch=self.scratch),
+            "folder": folder.resolve(),
+        }

@@ -11,9 +11,10 @@ from pydantic import Field, ValidationError
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.experiments import ExperimentEntry
-from graincal.campaign.file.models import StressPathModel
+from graincal.campaign.file.model_section import ModelSection
+from graincal.campaign.file.models import MODELS, StressPathModel
 from graincal.campaign.file.options import MOST_ROUNDS
-from graincal.campaign.file.section import Section, sentences
+from graincal.campaign.file.section import Section, sentences, show
 from graincal.data import InputError
 from graincal.inference import Stop
 from graincal.models import StressPathTest
@@ -42,7 +43,9 @@ class LookSection(Section):
         )
 
     def _cheaper(self, experiment: Experiment, entry: ExperimentEntry, folder: Path) -> Experiment:
-        table = entry.model.given()
+        section = self._section(entry)
+        # Of a model of another kind, what both kinds know: a packing, a pressure, fixed parameters.
+        table = {key: value for key, value in entry.model.given().items() if section is type(entry.model) or key in section.model_fields}
         if {"packing", *StressPathModel.PREPARATION} & self.model.keys():
             # One packing takes the place of another; without a void ratio, one of the same.
             instead = {"packing", *(StressPathModel.PREPARATION if "packing" in self.model else ())}
@@ -53,7 +56,13 @@ class LookSection(Section):
             table = {key: value for key, value in table.items() if key not in ("density_scaling", "inertial_number")}
         table |= self.model
         try:
-            model = type(entry.model).model_validate(table)
+            model = section.model_validate(table)
         except ValidationError as error:
             raise InputError("\n".join(f'first_look.model, with experiment "{entry.name}": {sentence}' for sentence in sentences(error, table))) from None
         return replace(experiment, model=model.build(folder, entry.control))
+
+    def _section(self, entry: ExperimentEntry) -> type[ModelSection]:
+        kind = self.model.get("kind", entry.model.kind)
+        if not isinstance(kind, str) or kind not in MODELS:
+            raise InputError(f"first_look.model.kind is {show(kind)}, and one of {', '.join(MODELS)} was expected.")
+        return MODELS[kind]

@@ -14,6 +14,7 @@ from graincal.campaign.file.model_section import ModelSection
 from graincal.campaign.file.names import FileName, Shown
 from graincal.campaign.file.section import mistake
 from graincal.campaign.file.values import Positive, from_root
+from graincal.campaign.file.yade import YadeSection
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS, PythonModel, StressPathTest
@@ -108,4 +109,7 @@ class FunctionModel(ModelSection):
         return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
-MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel, "command": CommandSection, "by-hand": ByHandSection}
+_PATHS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()}
+
+MODELS: dict[str, type[ModelSection]] = _PATHS | {"table": TableModel, "python": FunctionModel, "command": CommandSection, "yade": YadeSection, "by-hand": ByHandSection}
+"""The kinds of models, by the word that `kind` has."""

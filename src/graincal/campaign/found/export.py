@@ -49,7 +49,7 @@ def export_csv(result: Record, folder: Path, *, replace: bool = False) -> list[P
         tables["posterior.csv"] = (["weight", *result.space.names], zip(posterior.weights, *posterior.samples.T))
     for experiment in result.experiments:
         tables[f"responses_{file_name(experiment.name)}.csv"] = _responses(result, experiment.name, experiment.reference.control_name)
-    return _write(folder, {name: _as_csv(columns, rows) for name, (columns, rows) in tables.items()}, replace)
+    return write_files(folder, {name: _as_csv(columns, rows) for name, (columns, rows) in tables.items()}, replace)
 
 
 def export_json(result: Record, folder: Path, *, replace: bool = False) -> list[Path]:
@@ -104,7 +104,7 @@ def export_json(result: Record, folder: Path, *, replace: bool = False) -> list[
             )
         ],
     }
-    return _write(folder, {"campaign.json": printable_json(_plain(document))}, replace)
+    return write_files(folder, {"campaign.json": printable_json(_plain(document))}, replace)
 
 
 def _reasons(result: Record) -> list[str]:
@@ -155,7 +155,8 @@ def _as_csv(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     return text.getvalue()
 
 
-def _write(folder: Path, texts: Mapping[str, str], replace: bool) -> list[Path]:
+def write_files(folder: Path, texts: Mapping[str, str], replace: bool) -> list[Path]:
+    """Write texts by their names in the folder, made where it is not there, and return the paths. Raises InputError for files that are there already, unless they are to be replaced."""
     paths = [folder / name for name in texts]
     if not replace and (there := [path for path in paths if path.exists()]):
         raise InputError(f"{there[0]}: this file is there already and is not overwritten; name another folder.")

@@ -1,12 +1,12 @@
-"""The drained triaxial test of `graincal simulate triaxial`, run by YADE: an independent engine to compare curves with.
+"""The drained triaxial test of `graincal simulate triaxial`, run by YADE: an independent engine to calibrate with, or to compare curves with.
 
-    yade -n -x benchmarks/yade_triaxial.py -- --packing packing.csv --confining-pressure 0.5e6
+    yade -n -x src/graincal/models/yade/triaxial_script.py -- --packing packing.csv --confining-pressure 0.5e6
          -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 [--density-scaling 1e3]
          [--law hertz-mindlin] -o curve.csv
 
 (on one line). YADE's Hertz-Mindlin has no rolling resistance like that of the linear law: beta_m and eta_m must be 0 with it. The protocol is that of
-Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest every --increment of axial strain
-with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
+Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141, 104491: isotropic compression, then states at rest every --increment of axial strain, or
+at --strains, with the lateral stresses held. The curve has the columns of graincal's own curve files; a comment line before
 them holds the parameters and YADE's version. Checked with YADE 2023.02a, Debian's package `yade`.
 """
 
@@ -37,6 +37,8 @@ def parse_arguments():
     parser.add_argument("--law", choices=["linear", "hertz-mindlin"], default="linear", help="the contact law")
     parser.add_argument("--axial-strain", type=float, default=0.20, help="the last one, logarithmic, as a fraction")
     parser.add_argument("--increment", type=float, default=0.004, help="of axial strain from state to state")
+    parser.add_argument("--strains", help="of the states instead, from 0 on and increasing, with commas between: 0,0.001,0.004")
+    parser.add_argument("--step-limit", type=int, default=10**9, help="of the whole test; beyond it, or where forces are not finite, it ends with the exit code 1")
     parser.add_argument("--density-scaling", type=float, default=1e3)
     parser.add_argument(
         "--cell-inertia", choices=["yade", "graincal"], default="yade", help="of the servo: YADE's mass of all particles, or graincal's density times area"
@@ -49,6 +51,8 @@ def parse_arguments():
     arguments.theta = {name: float(given[name]) for name in PARAMETERS}
     if arguments.law == "hertz-mindlin" and (arguments.theta["beta_m"] or arguments.theta["eta_m"]):
         parser.error("beta_m and eta_m must be 0 with --law hertz-mindlin")
+    count = round(arguments.axial_strain / arguments.increment) + 1
+    arguments.axial_strains = [float(text) for text in arguments.strains.split(",")] if arguments.strains else [k * arguments.increment for k in range(count)]
     return arguments
 
 
@@ -115,6 +119,7 @@ def build(arguments):
             label="servo",
         ),
         NewtonIntegrator(damping=LOADING_DAMPING, label="motion"),
+        PyRunner(iterPeriod=1000, command="watch()"),
     ]
     return 4 / 3 * math.pi * float(np.sum(radii**3))
 
@@ -169,10 +174,10 @@ def measure(solid_volume):
 class Protocol:
     """What follows each time the servo finds targets, stresses and unbalanced force met: YADE calls `at_rest` then."""
 
-    def __init__(self, confining_pressure, strains, solid_volume):
-        self.confining_pressure, self.strains, self.solid_volume = confining_pressure, strains, solid_volume
+    def __init__(self, confining_pressure, strains, solid_volume, step_limit):
+        self.confining_pressure, self.strains, self.solid_volume, self.step_limit = confining_pressure, strains, solid_volume, step_limit
         self.compressed = self.relaxing = False
-        self.states = []
+        self.states, self.failed = [], ""
 
     def load_to(self, strain):
         servo.goal = [-self.confining_pressure, -self.confining_pressure, -strain]
@@ -201,6 +206,15 @@ class Protocol:
             else:
                 self.load_to(self.strains[len(self.states)])
 
+    def watch(self):
+        """What never comes to rest ends too."""
+        if not math.isfinite(servo.currUnbalanced) and O.iter > 10_000:
+            self.failed = f"The forces are not finite after {O.iter} steps."
+        elif O.iter > self.step_limit:
+            self.failed = f"The test is not at its end after {O.iter} steps, with {len(self.states)} of {len(self.strains)} states."
+        if self.failed:
+            O.pause()
+
 
 def write_curve(arguments, states, seconds):
     about = {
@@ -223,11 +237,13 @@ def write_curve(arguments, states, seconds):
 
 arguments = parse_arguments()
 solid_volume = build(arguments)
-count = round(arguments.axial_strain / arguments.increment) + 1
-protocol = Protocol(arguments.confining_pressure, [k * arguments.increment for k in range(count)], solid_volume)
-at_rest = protocol.at_rest
+protocol = Protocol(arguments.confining_pressure, arguments.axial_strains, solid_volume, arguments.step_limit)
+at_rest, watch = protocol.at_rest, protocol.watch
 start = time.time()
 O.run(wait=True)
-protocol.start_shearing()
-O.run(wait=True)
+if not protocol.failed:
+    protocol.start_shearing()
+    O.run(wait=True)
+if protocol.failed:
+    sys.exit(protocol.failed)
 write_curve(arguments, protocol.states, time.time() - start)
