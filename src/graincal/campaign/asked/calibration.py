@@ -12,6 +12,7 @@ import numpy as np
 
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
+from graincal.campaign.asked.place import Place
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.execution import number_of_workers
 from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
@@ -62,6 +63,7 @@ class Calibration:
     first_look: evaluations of cheaper models to begin with, by the method "posterior". look: the calibration by cheaper models that makes them, which is run
     first where they are not there yet. known: runs of the same models that were made before (`runs.known_runs`), by the method "posterior".
     expected_seconds: what one evaluation is said to take on one core, in all experiments: so a method knows whether hundreds may fill the ranges, or every one counts.
+    place: where evaluations run, if not in workers of graincal's own; it changes nothing of what is found either.
     """
 
     space: ParameterSpace
@@ -78,6 +80,7 @@ class Calibration:
     look: Calibration | None = None
     known: KnownRuns | None = None
     expected_seconds: float | None = None
+    place: Place | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -141,6 +144,8 @@ class Calibration:
         if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, Real) or not 0 < seconds < np.inf):
             raise InputError(f"run.expected_seconds must be a number of seconds above 0, not {seconds!r}.")
         number_of_workers(self.workers)  # raises for what is none
+        if self.place is not None and self.filter_options.get("early_stop"):
+            raise InputError(f"filter.early_stop must be false where evaluations run by {self.place}: a run there cannot be watched, and would go on to another end than on this machine.")
         for experiment in self.experiments:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')

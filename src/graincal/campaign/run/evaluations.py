@@ -12,6 +12,7 @@ import numpy as np
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
+from graincal.campaign.run.elsewhere import backend_elsewhere
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
 from graincal.data import Failure, Response, Samples
@@ -32,7 +33,7 @@ class Evaluations:
 
     def __init__(self, calibration: Calibration, store: Store, listeners: Sequence[Listener] = (), stored: Callable[[], None] = lambda: None) -> None:
         self.calibration, self.store, self.listeners, self._stored = calibration, store, listeners, stored
-        self._scheduler = Scheduler(calibration.workers)
+        self._scheduler = Scheduler(calibration.workers, backend_elsewhere(calibration, store, listeners))
         self._batches: dict[int, tuple[Samples, EarlyStop | None]] = {}
         self._under_way: Counter[int] = Counter()
 
