@@ -61,7 +61,7 @@ class OnBlocks(Elsewhere):
 
     def begin(self) -> None:
         if left := jobs_of(self._blocks.provider, self._label):
-            self._say(f"Cancels {len(left)} jobs that were left: {', '.join(left)}.")
+            self._say(f"Cancels jobs that an earlier sitting left: {', '.join(left)}.")
             self._until_gone()
         from parsl import Config, DataFlowKernel
 
