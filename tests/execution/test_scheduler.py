@@ -9,7 +9,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 import pytest
 
 from graincal.data import Failure, InputError
-from graincal.execution import Scheduler, Task, run, try_in_a_process
+from graincal.execution import LOST, Limit, Scheduler, Task, run, try_in_a_process
 
 from .works import Work
 
@@ -203,3 +203,67 @@ def test_what_always_ends_its_process_is_said_with_both_causes():
         list(run(tasks(Work("always_killed", own_process=True), [5]), 1))
     with pytest.raises(InputError, match="while it was made ready"):
         try_in_a_process(Work("always_killed", own_process=True))
+
+
+class AtOnce:
+    """Counts how many run at once, by name."""
+
+    def __init__(self):
+        self.lock, self.now, self.most = threading.Lock(), {}, {}
+
+    def __call__(self, name):
+        with self.lock:
+            self.now[name] = self.now.get(name, 0) + 1
+            self.most[name] = max(self.most.get(name, 0), self.now[name])
+        time.sleep(0.01)
+        with self.lock:
+            self.now[name] -= 1
+
+
+@pytest.mark.parametrize(("workers", "most"), [(1, 1), (4, 2), (5, 2), (6, 3)])
+def test_a_task_of_several_cores_takes_as_many_places_and_all_of_them_where_there_are_fewer(workers, most):
+    counts = AtOnce()
+    list(run([Task(Work(counts), "two", cores=2) for _ in range(12)], workers))
+    assert counts.most == {"two": most}
+
+
+def test_no_more_like_each_other_run_at_once_than_their_limit_and_others_do_not_wait_for_them():
+    counts, others = AtOnce(), AtOnce()
+    licensed = [Task(Work(counts), "licensed", limit=Limit("licence", 2), cost=2.0) for _ in range(12)]
+    ended = [each.task.argument for each in run(licensed + [Task(Work(others), "other") for _ in range(12)], 4)]
+    assert counts.most == {"licensed": 2} and others.most["other"] >= 2
+    assert len(ended) == 24 and "other" in ended[:6]
+
+
+def test_what_is_lost_is_run_again_three_times_and_what_failed_by_itself_is_not():
+    left, failed = {"lost twice": 2, "lost for ever": 100}, []
+
+    def loses(name):
+        if name == "fails":
+            failed.append(name)
+            return Failure("crashed", "by itself")
+        left[name] -= 1
+        return Failure(LOST, "the node is gone") if left[name] >= 0 else name
+
+    ended = {each.task.name: each for each in run(tasks(Work(loses), ["lost twice", "lost for ever", "fails"]), 2)}
+    assert ended["lost twice"].outcome == "lost twice" and ended["lost twice"].attempts == 3
+    assert ended["lost for ever"].outcome.kind == "lost" and ended["lost for ever"].attempts == 4
+    assert ended["fails"].attempts == 1 and failed == ["fails"]
+
+
+def test_what_is_lost_while_all_is_closed_is_no_outcome():
+    gate, begun = threading.Event(), threading.Event()
+
+    def loses(_):
+        begun.set()
+        gate.wait(30)
+        return Failure(LOST, "killed")
+
+    scheduler = Scheduler(1)
+    scheduler.submit(tasks(Work(loses), [1]))
+    begun.wait(30)
+    closing = threading.Thread(target=scheduler.close)
+    closing.start()
+    gate.set()
+    closing.join(30)
+    assert list(scheduler.ended()) == []

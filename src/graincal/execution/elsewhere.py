@@ -18,7 +18,7 @@ from graincal import build
 from graincal.data import Failure, InputError, Response
 from graincal.execution.away import Place, Unknown, evaluate, look
 from graincal.execution.processes import CRASHED
-from graincal.execution.task import Task, Work
+from graincal.execution.task import LOST, Task, Work
 from graincal.execution.threads import Done
 from graincal.notation.printable import as_text
 
@@ -111,7 +111,7 @@ class Elsewhere(ABC):
         with self._lock:
             if self._under_way.pop(task, None) is None:
                 return
-        self._tell(task, Failure("lost", reason))
+        self._tell(task, Failure(LOST, reason))
 
     def fail(self, error: BaseException) -> None:
         """Nothing more can be evaluated: whoever asked hears of this."""

@@ -17,7 +17,7 @@ from graincal.data import Failure, InputError
 from graincal.execution.away import Place
 from graincal.execution.elsewhere import Elsewhere, Say
 from graincal.execution.providers import Blocks, cancel_jobs, jobs_of
-from graincal.execution.task import Task
+from graincal.execution.task import LOST, Task
 from graincal.execution.threads import Done
 from graincal.notation.printable import as_text, printable
 
@@ -85,7 +85,7 @@ class OnBlocks(Elsewhere):
         from parsl.jobs.errors import TooManyJobFailuresError
 
         if isinstance(error, (ManagerLost, WorkerLost)):
-            return Failure("lost", f"what ran the evaluation is gone: {error}.")
+            return Failure(LOST, f"what ran the evaluation is gone: {error}.")
         if isinstance(error, (BadStateException, TooManyJobFailuresError)):
             why = printable(" ".join(as_text(error).split()), 2_000)
             return InputError(f"run.parsl: {BAD_BLOCKS} blocks in a row ended before a worker of theirs began ({why}). What they printed is in {self._folder / 'parsl'}, which must be seen from the nodes; graincal resume goes on.")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import suppress
 from heapq import heappop, heappush
 from itertools import count
@@ -16,7 +17,7 @@ from graincal.execution.cores import number_of_workers
 from graincal.execution.executor import OnExecutor
 from graincal.execution.interrupts import interrupts_later
 from graincal.execution.processes import CRASHED, Processes
-from graincal.execution.task import Task
+from graincal.execution.task import LOST, Task
 from graincal.execution.threads import Done, Threads
 
 if TYPE_CHECKING:
@@ -29,11 +30,8 @@ Backend = "Threads | Processes | OnExecutor | Elsewhere"
 HEARS = 0.5
 """Seconds within which a signal is heard."""
 
-LOST = "lost"
-"""The kind of failure of a task whose worker, block or node was gone: no outcome of what it ran."""
-
-LOST_AGAIN = 3
-"""How often a task that was lost is run again."""
+RETRIES = 3
+"""How often a task is run again that was lost."""
 
 
 class Ended(NamedTuple):
@@ -48,8 +46,8 @@ class Scheduler:
     """Runs tasks from whichever batch, experiment or model, on the backends that these need.
 
     workers: that run at once on this machine; an executor runs as many as it will where "all" is asked for, and otherwise as many as that. Work goes on while whoever is told an outcome thinks about it. A task whose process
-    ended abruptly is run once more when nothing else is under way, for memory may have been short: only then is that its outcome. One that is lost, a Failure of that kind, is run again at once, three times at most.
-    elsewhere: makes the backend that runs all tasks whose work has no executor of its own; without it they run on this machine.
+    ended abruptly is run once more when nothing else is under way, for memory may have been short: only then is that its outcome. One that was lost (a failure of the kind `LOST`) is run again up to three times, and
+    everything else that a task comes to is its outcome. elsewhere: makes the backend of all tasks whose work has no executor of its own; without it they run on this machine.
     """
 
     def __init__(self, workers: int | Literal["all"], elsewhere: Callable[[Done], Elsewhere] | None = None) -> None:
@@ -109,7 +107,7 @@ class Scheduler:
         return Ended(task, outcome, self._attempts.pop(task))
 
     def _put(self, task: Task) -> None:
-        heappush(self._pool(task).waiting, (task.order, -task.cost, next(self._number), task))
+        self._pool(task).put((task.order, -task.cost, next(self._number), task))
 
     def _pool(self, task: Task) -> _Pool:
         return self._local if task.work.executor is None and self._elsewhere is None else self._remote
@@ -137,9 +135,7 @@ class Scheduler:
             if self._crashed and not any(pool.busy for pool in (self._local, self._remote)):
                 self._put(self._crashed.pop())
             for pool in (self._local, self._remote):
-                if pool.waiting and pool.under_way < pool.most:
-                    *_, task = heappop(pool.waiting)
-                    pool.under_way += 1
+                if (task := pool.take()) is not None:
                     self._attempts[task] = self._attempts.get(task, 0) + 1
                     return self._backend(task), task
             return None
@@ -159,12 +155,12 @@ class Scheduler:
 
     def _done(self, task: Task, outcome: Response | Failure | BaseException) -> None:
         with self._lock:
-            self._pool(task).under_way -= 1
+            self._pool(task).give_back(task)
             # Whoever hears of it ends all, and nothing more is begun meanwhile.
             self._closed = self._closed or isinstance(outcome, BaseException)
             if outcome is CRASHED and self._attempts[task] == 1:
                 self._crashed.append(task)
-            elif isinstance(outcome, Failure) and outcome.kind == LOST and self._attempts[task] <= LOST_AGAIN:
+            elif isinstance(outcome, Failure) and outcome.kind == LOST and self._attempts[task] <= RETRIES:
                 self._put(task)
             else:
                 self._outcomes.put((task, outcome))
@@ -172,16 +168,46 @@ class Scheduler:
 
 
 class _Pool:
-    """What waits for a place, and how many of those there are are taken."""
+    """Tasks that wait for places, of which there are so many, and how many are taken."""
 
     def __init__(self, most: float) -> None:
         self.most = most
-        self.under_way = 0
-        self.waiting: list[tuple] = []
+        self._taken = 0.0
+        self._waiting: list[tuple] = []
+        self._running: Counter[Hashable] = Counter()
+        self._held: dict[Hashable, list[tuple]] = {}
 
     @property
     def busy(self) -> bool:
-        return bool(self.under_way or self.waiting)
+        return bool(self._taken or self._waiting)
+
+    def put(self, entry: tuple) -> None:
+        """Have a task wait: the last of what it is sorted by."""
+        heappush(self._waiting, entry)
+
+    def take(self) -> Task | None:
+        """The first task that waits, with the places that it takes; None where these are not free. Those whose limit is reached stand aside until one like them ends."""
+        while self._waiting and self._taken + self._places(task := self._waiting[0][-1]) <= self.most:
+            entry, limit = heappop(self._waiting), task.limit
+            if limit is not None and self._running[limit.name] >= limit.most:
+                heappush(self._held.setdefault(limit.name, []), entry)
+                continue
+            self._taken += self._places(task)
+            if limit is not None:
+                self._running[limit.name] += 1
+            return task
+        return None
+
+    def give_back(self, task: Task) -> None:
+        """A task has ended: its places are free."""
+        self._taken -= self._places(task)
+        if task.limit is not None:
+            self._running[task.limit.name] -= 1
+            if held := self._held.get(task.limit.name):
+                heappush(self._waiting, heappop(held))
+
+    def _places(self, task: Task) -> float:
+        return min(task.cores, self.most)
 
 
 def run(tasks: Sequence[Task], workers: int | Literal["all"] = "all") -> Iterator[Ended]:

@@ -5,12 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from graincal.data import Failure, Response
 
 Watch = Callable[[Response], bool]
 """Is shown the first of a run's states; the run need not go on where it returns True."""
+
+
+LOST = "lost"
+"""The kind of a failure that is none of the evaluation's own: where it ran is gone, or it was killed from outside. It is run again (`Scheduler`)."""
+
+
+class Limit(NamedTuple):
+    """How many tasks of one name may run at once, whatever work they are of: those that need a licence."""
+
+    name: Hashable
+    most: int
 
 
 class Work(Protocol):
@@ -36,7 +47,7 @@ class Task:
     """An evaluation: work, and the argument that makes it this one.
 
     name: by which whoever submits it knows it again. cost: how much it takes, in comparison with other tasks of its model; of tasks of the same `order` the most costly begins first. watch: a rule by which its run may be
-    stopped early; work that cannot be watched runs to its end.
+    stopped early; work that cannot be watched runs to its end. cores: how many workers' places it takes; all of them, where there are fewer. limit: how many like it may run at once.
     """
 
     work: Work
@@ -45,6 +56,8 @@ class Task:
     cost: float = 1.0
     order: tuple[int, ...] = ()
     watch: Watch | None = None
+    cores: int = 1
+    limit: Limit | None = None
 
 
 class Model(Protocol):
