@@ -55,7 +55,7 @@ class OnBlocks(Elsewhere):
         if blocks.cores is not None:
             if blocks.cores < cores:
                 raise InputError(f"run.parsl.cores_per_node is {blocks.cores}, and an evaluation uses {cores} cores.")
-            self.holds = blocks.max_blocks * blocks.nodes_per_block * (blocks.cores // cores)
+            self.holds = blocks.max_blocks * blocks.nodes_per_block * (blocks.cores // cores * cores)
         self._workers_of_a_node, self._ticked = 1, time.monotonic()
         self._had_a_place: dict[Task, float] = {}
 
@@ -146,13 +146,14 @@ class OnBlocks(Elsewhere):
         whole = self._blocks.seconds
         if whole == inf:
             return None
-        last = whole / 10 if self._longest is None else self._longest + GRACE
+        # A time-out beyond the block's own limit says nothing of how long evaluations take.
+        last = whole / 10 if self._longest is None or self._longest > whole else self._longest + GRACE
         return int(whole - min(last, whole / 2))
 
     def _allowed(self, task: Task) -> float:
         """The seconds within which an outcome must come from when there is a worker for it: its evaluation is ended there by its time-out, or with its block."""
-        timeout = task.work.timeout
-        return (min(self._blocks.seconds, DAY) if timeout is None else timeout) + GRACE
+        limits = (task.work.timeout, self._blocks.seconds)
+        return min((seconds for seconds in limits if seconds is not None and seconds < inf), default=DAY) + GRACE
 
     def _workers(self) -> int:
         """That are there now. By what the provider said last: Parsl's interchange would have to be asked for others, and one that has died answers nobody."""

@@ -14,6 +14,7 @@ from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
 from graincal.data import InputError
 from graincal.execution.threads import Done
+from graincal.models import Model
 from graincal.models.named_function import find_function
 
 LABEL = "label"
@@ -52,14 +53,26 @@ def backend_elsewhere(calibration: Calibration, store: Store, listeners: Sequenc
             from graincal.execution.parsl import OnBlocks
             from graincal.execution.providers import Blocks
 
-            timeouts = [getattr(model, "timeout", None) for model in models]
-            longest = None if None in timeouts else max(timeouts)
-            return OnBlocks(Blocks(**place.blocks), _label(store), done, store.folder, say, longest=longest)
+            timeouts = [_timeout(model) for model in models]
+            longest, cores = None if None in timeouts else max(timeouts), max(getattr(model, "cores", 1) for model in models)
+            return OnBlocks(Blocks(**place.blocks), _label(store), done, store.folder, say, longest=longest, cores=cores)
         from graincal.execution.elsewhere import OnNamedExecutor
 
-        return OnNamedExecutor(_executor(place), done, store.folder, say, needs_folder=False)
+        return OnNamedExecutor(_executor(place), done, store.folder, say, needs_folder=any(map(_keeps_files, models)))
 
     return make
+
+
+def _timeout(model: Model) -> float | None:
+    """The seconds that an evaluation may take; None where nothing is said."""
+    limits = getattr(model, "limits", None)
+    return getattr(model, "timeout", None) if limits is None else limits.time_limit
+
+
+def _keeps_files(model: Model) -> bool:
+    """Whether an evaluation writes into the campaign's folder, from where it runs."""
+    folders = getattr(model, "folders", None)
+    return folders is not None and folders.scratch is None
 
 
 def _label(store: Store) -> str:
