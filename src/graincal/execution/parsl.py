@@ -106,6 +106,8 @@ class OnBlocks(Elsewhere):
         for task in tasks[: self._workers()]:
             self._had_a_place[task] += passed
             if self._had_a_place[task] > self._allowed(task):
+                # Its next attempt has a clock of its own.
+                del self._had_a_place[task]
                 self.give_up(task, f"no outcome came within {self._allowed(task):.0f} s.")
 
     def end(self) -> None:

@@ -112,7 +112,8 @@ def _slurm(blocks: Blocks, common: Mapping[str, Any]) -> ExecutionProvider:
         exclusive=blocks.cores_per_node is None,
         # A job that Slurm begins again would come back beside the one that took its place.
         scheduler_options=_lines("#SBATCH --no-requeue", blocks.scheduler_options),
-        launcher=SimpleLauncher() if blocks.nodes_per_block == 1 else SrunLauncher(),
+        # Since Slurm 22.05 srun does not take this number from its job.
+        launcher=SimpleLauncher() if blocks.nodes_per_block == 1 else SrunLauncher(overrides="" if blocks.cores_per_node is None else f"--cpus-per-task={blocks.cores_per_node}"),
         **common,
     )
 
