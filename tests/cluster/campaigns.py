@@ -1,8 +1,7 @@
-"""Small campaigns on a cluster: of a function that waits a little, with signs of life so often that a fault is seen within seconds."""
+"""Small campaigns on a cluster, of a function that waits a little."""
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import time
@@ -23,7 +22,9 @@ def slowly(theta):
     return respond(theta)
 """
 
-GRAINCAL = "import sys; import graincal.execution.parsl as blocks; blocks.HEARTBEATS = (1, 5); import graincal.execution.providers as providers; providers.POLLING = 1; from graincal.cli import main; main(sys.argv[1:])"
+GRAINCAL = "import sys; from graincal.cli import main; main(sys.argv[1:])"
+
+QUICKLY = "import sys; import graincal.execution.parsl as blocks; blocks.HEARTBEATS = (1, 5); import graincal.execution.providers as providers; providers.POLLING = 1; from graincal.cli import main; main(sys.argv[1:])"
 
 
 def write(folder: Path, run: str = "", seconds: float = 0.4, iterations: int = 2, *replacements: tuple[str, str]) -> Path:
@@ -34,8 +35,9 @@ def write(folder: Path, run: str = "", seconds: float = 0.4, iterations: int = 2
     return file
 
 
-def start(environment, *arguments) -> subprocess.Popen:
-    return subprocess.Popen([sys.executable, "-c", GRAINCAL, *map(str, arguments)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+def start(environment, *arguments, quickly: bool = True) -> subprocess.Popen:
+    """graincal with some arguments. quickly: with signs of life and questions to Slurm every second, so that it notices a fault within seconds; otherwise as users have it."""
+    return subprocess.Popen([sys.executable, "-c", QUICKLY if quickly else GRAINCAL, *map(str, arguments)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 def call(environment, *arguments, timeout: float = 180) -> str:
@@ -64,16 +66,3 @@ def wait_until(what, seconds: float = 60, why: str = "") -> float:
 
 def log_of(folder: Path) -> str:
     return (folder / "log.txt").read_text()
-
-
-def processes_with(text: str) -> list[int]:
-    """The processes that live and have this in their command line or environment."""
-    found = []
-    for each in Path("/proc").iterdir():
-        if each.name.isdecimal() and int(each.name) != os.getpid():
-            try:
-                if text.encode() in (each / "cmdline").read_bytes() + (each / "environ").read_bytes():
-                    found.append(int(each.name))
-            except OSError:
-                continue
-    return found

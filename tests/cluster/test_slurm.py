@@ -1,31 +1,15 @@
 """A whole calibration through a real Slurm gives what it gives on this machine, bit for bit, although a block is cancelled in it and graincal is killed."""
 
-import shutil
 import signal
-import tempfile
-from pathlib import Path
 
 import numpy as np
-import pytest
 
 import graincal as gc
 from graincal.campaign.stored.store import Store
 
 from .campaigns import call, evaluated, start, wait_until, write
-from .slurm_one_node import OneNodeSlurm, why_not
 
 SLURM = 'executor = "parsl"\nparsl = { provider = "slurm", cores_per_node = 1, walltime = "00:10:00" }'
-
-
-@pytest.fixture
-def slurm():
-    if why := why_not():
-        pytest.skip(why)
-    folder = Path(tempfile.mkdtemp(prefix="slurm"))
-    cluster = OneNodeSlurm(folder)
-    yield cluster
-    cluster.stop()
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 def test_the_same_answer_as_on_this_machine_through_faults(slurm, tmp_path):
