@@ -119,6 +119,12 @@ def test_early_stops_are_refused_where_no_run_can_be_watched(call, tmp_path):
     assert called.code == 1 and "filter.early_stop must be false where evaluations run by the executor of executors:two_processes" in called.err
 
 
+def test_a_timeout_is_refused_where_nobody_keeps_it(call, tmp_path):
+    file = write(tmp_path, 'executor = "executors:two_processes"', ('"soil:respond"', '"soil:respond", timeout = 5'))
+    called = call("check", file)
+    assert called.code == 1 and 'experiment "drained": its model has a timeout, which the executor of executors:two_processes cannot keep' in called.err
+
+
 def test_a_strangers_executor_and_lines_of_scripts_need_a_word(call, tmp_path, monkeypatch):
     file = write(tmp_path, 'executor = "executors:two_processes"')
     assert call("calibrate", file, "-o", tmp_path / "campaign", "-q").code == 0
