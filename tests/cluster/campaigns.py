@@ -7,10 +7,10 @@ import sys
 import time
 from pathlib import Path
 
+from campaign.hyperbola import write_calibration
+
 from graincal.campaign.found.status import status
 from graincal.campaign.stored.store import holds_campaign
-
-from campaign.hyperbola import write_calibration
 
 SLOW = """
 
