@@ -28,6 +28,12 @@ Say = Callable[[str], None]
 _LOOKS = 1.0
 """Seconds between two looks at what is under way."""
 
+TRIES = 3
+"""Of the first worker to say where it is."""
+
+ENDS = 120.0
+"""Seconds within which all that was taken must have been given back."""
+
 SEEN = ".seen"
 """A file in the campaign's folder, by which a worker knows that it sees that folder."""
 
@@ -51,6 +57,7 @@ class Elsewhere(ABC):
         self._held: list[Task] | None = []
         self._thread: threading.Thread | None = None
         self._failed: BaseException | None = None
+        self._tries = 0
         self._finished: SimpleQueue[tuple[Task | None, Future]] = SimpleQueue()
         self._lock = threading.RLock()
         self._stopped = threading.Event()
@@ -98,7 +105,7 @@ class Elsewhere(ABC):
         self._stopped.set()
         self._finished.put((None, None))
         if self._thread is not None:
-            self._thread.join()
+            self._thread.join(ENDS)
 
     @property
     def under_way(self) -> list[Task]:
@@ -121,6 +128,21 @@ class Elsewhere(ABC):
         for task in tasks:
             self._tell(task, error)
 
+    @property
+    def waits_for_the_first(self) -> bool:
+        """Whether no worker has said yet where it is."""
+        return self._held is not None
+
+    def look_first(self) -> None:
+        """Ask the first worker where it is, or another one where no answer came. Raises InputError where that was asked often enough."""
+        if self._tries == TRIES:
+            raise InputError(f"no worker has answered, of {TRIES} that were asked where they are.")
+        self._tries += 1
+        seen = self._folder / SEEN
+        seen.touch()
+        future = self.hand_over(look, str(seen))
+        future.add_done_callback(lambda future: self._finished.put((None, future)))
+
     def _send(self, task: Task, *, with_work: bool) -> None:
         work = task.work
         key = f"{self._campaign} {work.key}"
@@ -134,7 +156,7 @@ class Elsewhere(ABC):
     def _watch(self) -> None:
         try:
             self.begin()
-            self._look_first()
+            self.look_first()
             while not self._stopped.is_set():
                 self._hear()
                 self.look_after()
@@ -143,12 +165,6 @@ class Elsewhere(ABC):
         # Also where it failed: nobody else gives back what was taken.
         self._stopped.wait()
         self.end()
-
-    def _look_first(self) -> None:
-        seen = self._folder / SEEN
-        seen.touch()
-        future = self.hand_over(look, str(seen))
-        future.add_done_callback(lambda future: self._finished.put((None, future)))
 
     def _hear(self) -> None:
         """What has finished, for a second at most."""
@@ -160,11 +176,17 @@ class Elsewhere(ABC):
                     self._looked(future) if task is None else self._ended(task, future)
 
     def _looked(self, future: Future) -> None:
-        """The first worker has said where it is, or could not: then nothing is evaluated."""
+        """The first worker has said where it is, or could not. Raises InputError where nothing can be evaluated there."""
+        if not self.waits_for_the_first:
+            return
         error = future.exception()
         if error is not None:
             meant = self.meaning(error)
-            raise meant if isinstance(meant, InputError) else InputError(f"the first worker could not begin: {meant.reason if isinstance(meant, Failure) else as_text(meant)}")
+            if isinstance(meant, BaseException):
+                raise meant
+            # Its block is gone.
+            self.look_first()
+            return
         place: Place = future.result()
         if not place.sees and self._needs_folder:
             raise InputError(f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected, or `scratch` of the models, which are run on the node's own disk then.")
@@ -173,7 +195,13 @@ class Elsewhere(ABC):
         with self._lock:
             held, self._held = self._held or [], None
         for task in held:
-            self._send(task, with_work=False)
+            self._send_or_tell(task, with_work=False)
+
+    def _send_or_tell(self, task: Task, *, with_work: bool) -> None:
+        try:
+            self._send(task, with_work=with_work)
+        except Exception as error:
+            self._tell(task, error)
 
     def _compare(self, place: Place) -> None:
         here = build.describe()
@@ -189,7 +217,7 @@ class Elsewhere(ABC):
         error = future.exception()
         outcome = self.meaning(error) if error is not None else future.result()
         if isinstance(outcome, Unknown):
-            self._send(task, with_work=True)
+            self._send_or_tell(task, with_work=True)
             return
         # As it is known here.
         self._tell(task, CRASHED if isinstance(outcome, Failure) and outcome == CRASHED else outcome)

@@ -57,7 +57,7 @@ class OnBlocks(Elsewhere):
                 raise InputError(f"run.parsl.cores_per_node is {blocks.cores}, and an evaluation uses {cores} cores.")
             self.holds = blocks.max_blocks * blocks.nodes_per_block * (blocks.cores // cores * cores)
         self._workers_of_a_node, self._ticked = 1, time.monotonic()
-        self._had_a_place: dict[Task, float] = {}
+        self._waited, self._had_a_place = 0.0, dict[Task, float]()
 
     def begin(self) -> None:
         if left := jobs_of(self._blocks.provider, self._label):
@@ -98,9 +98,13 @@ class OnBlocks(Elsewhere):
         self._check_interchange()
         now = time.monotonic()
         passed, self._ticked = now - self._ticked, now
-        tasks = self.under_way
-        if not tasks:
+        if self.waits_for_the_first:
+            self._waited += passed if self._workers() else 0.0
+            if self._waited > 2 * GRACE:
+                self._waited = 0.0
+                self.look_first()
             return
+        tasks = self.under_way
         self._had_a_place = {task: self._had_a_place.get(task, 0.0) for task in tasks}
         # They begin in the order in which they were handed over: the clock of one runs while there is a worker for it.
         for task in tasks[: self._workers()]:
