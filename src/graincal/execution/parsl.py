@@ -30,6 +30,9 @@ BAD_BLOCKS = 3
 GRACE = 60.0
 """Seconds that an outcome may come later than its evaluation must have ended."""
 
+ANSWERS = 120.0
+"""Seconds after the start of a block within which its first worker must have said where it is."""
+
 LEAVING = 30.0
 """Seconds that jobs have to leave the queue in."""
 
@@ -100,7 +103,7 @@ class OnBlocks(Elsewhere):
         passed, self._ticked = now - self._ticked, now
         if self.waits_for_the_first:
             self._waited += passed if self._workers() else 0.0
-            if self._waited > 2 * GRACE:
+            if self._waited > ANSWERS:
                 self._waited = 0.0
                 self.look_first()
             return
