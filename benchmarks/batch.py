@@ -16,9 +16,9 @@ import numpy as np
 import graincal as gc
 from graincal import demo
 from graincal.dem.preparation import prepare
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import LAWS
 from graincal.models.economy import PRECISIONS
-from graincal.models.stress_path import LAWS, relative_run_lengths
+from graincal.models.stress_path import relative_run_lengths
 
 CONFINING_PRESSURE = 0.5e6
 STRAINS = 0.004 * np.arange(51)
@@ -57,7 +57,7 @@ def main() -> None:
     if arguments.lengths:
         with open(arguments.lengths, "w", newline="") as file:
             writer = csv.writer(file)
-            writer.writerow([*PARAMETERS, "steps", "seconds", "expected"])
+            writer.writerow([*LAWS["linear"].names, "steps", "seconds", "expected"])
             writer.writerows([*theta, *row] for theta, *row in zip(test.arrange(samples).tolist(), steps, seconds, expected))
 
 

@@ -6,11 +6,12 @@ from graincal.data import Failure, InputError, MeasurementError, ParameterSpace,
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.campaign import CandidateTest, Experiment, FolderError, Result, advise, calibrate, explore, predict, resume
+    from graincal.campaign import CandidateTest, Experiment, FolderError, advise, calibrate, explore, predict, resume
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
     from graincal.models import ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
+    from graincal.result import Result
 
 __all__ = [
     "CandidateTest",
@@ -54,11 +55,12 @@ def __dir__() -> list[str]:
 _find = exported(
     __name__,
     {
-        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "Result", "advise", "calibrate", "explore", "predict", "resume"],
+        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "advise", "calibrate", "explore", "predict", "resume"],
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],
         "graincal.models": ["ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
+        "graincal.result": ["Result"],
     },
 )
 

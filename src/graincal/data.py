@@ -6,22 +6,16 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from graincal.errors import InputError
 from graincal.notation.printable import as_text, printable
 
-
-LONGEST_MESSAGE = 10_000
-"""Characters of a message: a list of many columns is long."""
-
-
-class InputError(ValueError):
-    """What a user gave cannot be used. The message is one sentence that names the place and what was expected; whatever it quotes is made printable in it."""
-
-    def __init__(self, message: object = "") -> None:
-        super().__init__(printable(message, LONGEST_MESSAGE, lines=True))
+if TYPE_CHECKING:
+    from graincal.laboratory import Test
 
 
 def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
@@ -363,13 +357,18 @@ class Reference:
     def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
         """Read a laboratory file into SI units and fractions.
 
-        observables: names, or a mapping of names to variance shares. recorded: names of what is read beside them and not fitted. Other options and errors are those of `graincal.laboratory.read_reference`, which are also the keys of
+        observables: names, or a mapping of names to variance shares. recorded: names of what is read beside them and not fitted. Other options and errors are those of `graincal.laboratory.read_test`, which are also the keys of
         [experiment.reference] in a calibration file: columns (by header, number or letter), units, strain, compression, unloading, until, stage, rows, zero, sheet, encoding,
         sample_volume, sample_height, confining_pressure, turns; and measurement_errors.
         """
-        from graincal.laboratory import read_reference
+        from graincal.laboratory import read_test
 
-        return read_reference(path, control=control, observables=observables, **options)
+        return cls.of(read_test(path, control=control, observables=observables, **options))
+
+    @classmethod
+    def of(cls, test: Test) -> Reference:
+        """The reference that a laboratory file was read as."""
+        return cls(**vars(test))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import errno
 import os
 from pathlib import Path
 
-from graincal.data import InputError
+from graincal.errors import InputError
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import MeasurementError, Reference
 from graincal.notation.markup import to_html
 from graincal.notation.quantities import Quantity, quantity
+
+if TYPE_CHECKING:
+    from graincal.data import MeasurementError, Reference
 
 FEW = 60
 """Rows up to which each is drawn as a point."""
@@ -78,8 +81,8 @@ def _range(values: NDArray[np.float64], shown: Quantity) -> tuple[str, str]:
 
 def _curves(reference: Reference) -> str:
     """The observables over the control, a panel each, as an SVG element."""
-    from graincal.report.drawing import Axis, Figure, Panel, log_axis
-    from graincal.report.with_matplotlib import to_svg
+    from graincal.drawing.figure import Axis, Figure, Panel, log_axis
+    from graincal.drawing.with_matplotlib import to_svg
 
     shown = quantity(reference.control_name)
     x = shown.scale * reference.control
@@ -89,8 +92,8 @@ def _curves(reference: Reference) -> str:
 
 
 def _marks(x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator:
-    from graincal.report.drawing import Line, Points
-    from graincal.report.palette import BLUE, REFERENCE, Style
+    from graincal.drawing.figure import Line, Points
+    from graincal.drawing.palette import BLUE, REFERENCE, Style
 
     yield Line(x, y, Style(BLUE))
     if len(x) <= FEW:

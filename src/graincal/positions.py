@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 
 POSITION = "position"
 """The control whose values are positions: of the axial stress, or of the mean stress."""

@@ -4,7 +4,7 @@ import pytest
 
 import graincal as gc
 from graincal.campaign.file.config import read_calibration
-from graincal.campaign.file.toml import NotTOML, read_toml
+from graincal.notation.toml import NotTOML, read_toml
 
 from .hyperbola import SPACE, THE_PAPERS, model, reference, write_calibration
 from .test_calibration_file import write_triaxial

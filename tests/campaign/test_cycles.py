@@ -8,7 +8,7 @@ import pytest
 
 import graincal as gc
 from graincal import demo
-from graincal.campaign import Calibration, Result
+from graincal.campaign import Calibration
 from graincal.campaign.asked.description import describe, restore
 from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.campaign.found.runs import known_runs
@@ -17,6 +17,7 @@ from graincal.cli.figures import draw_references
 from graincal.cli.predict import predicted_test
 from graincal.positions import POSITION, positions
 from graincal.report.command import simulate_command
+from graincal.result import Result
 
 pytestmark = pytest.mark.usefixtures("fewer_draws")
 
@@ -106,7 +107,7 @@ def test_a_hopeless_run_is_stopped_on_its_way():
 def test_curves_of_a_cycle_are_drawn_over_the_logarithm_of_its_stress(folder, tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
-    from graincal.report.emulated import Emulated
+    from graincal.campaign.found.emulated import Emulated
     from graincal.report.emulated_figures import draw_bands
     from graincal.report.responses import control_axis
 

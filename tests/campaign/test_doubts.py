@@ -8,7 +8,7 @@ from graincal.campaign import Calibration
 from graincal.campaign.file.doubts import doubts as found
 from graincal.cli.text import duration
 from graincal.data import MeasurementError
-from graincal.models.contact_parameters import unusual_parameters
+from graincal.models.contact_laws import unusual_parameters
 
 from .hyperbola import SPACE, STRAIN, model
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.campaign import Result
 from graincal.campaign.found.comparison import Contender, compare
 from graincal.campaign.stored.learnt import Learnt
 from graincal.cli.compare import _doubts
 from graincal.cli.comparison import calibrated_against
 from graincal.cli.predict import _named
 from graincal.models import StressPathTest
+from graincal.result import Result
 
 from . import frictional
 from .frictional import STRAIN

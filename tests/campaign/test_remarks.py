@@ -195,5 +195,5 @@ def test_what_is_given_by_other_methods_is_nothing():
 
 def test_campaigns_need_no_report():
     # Whoever asks how far a campaign is waits for no figures.
-    code = "import sys, graincal.campaign.found.result, graincal.campaign.found.status; sys.exit(any(name.startswith('graincal.report') for name in sys.modules))"
+    code = "import sys, graincal.campaign.found.record, graincal.campaign.found.status; sys.exit(any(name.startswith('graincal.report') for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

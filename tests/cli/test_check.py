@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-import graincal as gc
 from graincal.campaign.asked.doubt import CODES, LEVELS, Doubt
 from graincal.campaign.file import laboratory_evidence
 from graincal.campaign.file.config import read_calibration

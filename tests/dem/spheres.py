@@ -6,7 +6,7 @@ import numpy as np
 
 from graincal import _native
 from graincal.dem.packing import Packing
-from graincal.models.stress_path import LAWS
+from graincal.models.contact_laws import LAWS
 
 IMMOVABLE = 1e30
 """A density, kg/m^3, at which contact forces change no velocity: spheres then move exactly as they are told to."""
@@ -37,7 +37,7 @@ def exact(precision, overlap=0.01, count=0):
 
 def law(modulus=1e7, stiffness_ratio=0.3, friction=1e9, rolling_stiffness=0.2, rolling_strength=1e9, kind="linear"):
     """A contact law with round stiffnesses; without an argument nothing slides, rolls or twists off. "hertz-mindlin" takes the ratio for Poisson's."""
-    return LAWS[kind](modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength)
+    return LAWS[kind].engine(modulus, stiffness_ratio, friction, rolling_stiffness, rolling_strength)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from graincal import Failure, InputError, Packing, Response, Samples, TriaxialTe
 from graincal.dem.batch import run_batch
 from graincal.dem.stress_path import drained_triaxial
 from graincal.interpolation import interpolate
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import LAWS
 
 from .spheres import law, rounding
 
@@ -131,7 +131,7 @@ def test_runs_are_bitwise_the_same_in_any_order_and_alone(packing, curves):
 
 
 def test_each_sample_comes_back_once(packing):
-    samples = Samples(np.arange(10, 16), THETAS, PARAMETERS)
+    samples = Samples(np.arange(10, 16), THETAS, LAWS["linear"].names)
     rows = [row for row, _ in triaxial(packing).evaluate(samples, at=STRAINS, workers=2)]
     assert sorted(rows) == list(range(6))
 
@@ -219,7 +219,7 @@ def assert_failed(outcome, kind, reason):
     ],
 )
 def test_a_parameter_without_meaning_is_a_failure(packing, name, value, expected):
-    theta = dict(zip(PARAMETERS, THETAS[0])) | {name: value}
+    theta = dict(zip(LAWS["linear"].names, THETAS[0])) | {name: value}
     assert_failed(outcome_of(packing, list(theta.values())), "parameters", expected)
 
 
@@ -245,7 +245,7 @@ def test_soft_grains_compressed_fast_do_not_count_as_running_away(theta):
 @pytest.mark.parametrize("at", [[], [[0.0, 0.1]], [0.0, np.nan], [0.0, 20.0], ["a"]])
 def test_strains_that_are_no_row_of_fractions_are_refused(packing, at):
     with pytest.raises(InputError, match="one row of fractions"):
-        triaxial(packing).evaluate(Samples(np.arange(6), THETAS, PARAMETERS), at)
+        triaxial(packing).evaluate(Samples(np.arange(6), THETAS, LAWS["linear"].names), at)
 
 
 @pytest.mark.parametrize(
@@ -358,7 +358,7 @@ def test_who_watches_is_shown_the_states_so_far_and_can_stop_a_run(packing, curv
         shown[id].append(response)
         return id == 11 and len(response.control) == 2
 
-    samples = Samples(np.array([10, 11, 12]), THETAS[:3], PARAMETERS)
+    samples = Samples(np.array([10, 11, 12]), THETAS[:3], LAWS["linear"].names)
     outcomes = dict(triaxial(packing).evaluate(samples, STRAINS, workers=workers, watch=watch))
     for row in (0, 2):
         assert_identical(interpolate(outcomes[row], np.array(STRAINS)), curves[row])
@@ -376,7 +376,7 @@ def test_what_a_watch_raises_is_raised_by_who_waits(packing):
     def watch(id, response):
         raise ArithmeticError(f"sample {id} cannot be looked at")
 
-    samples = Samples(np.arange(3), THETAS[:3], PARAMETERS)
+    samples = Samples(np.arange(3), THETAS[:3], LAWS["linear"].names)
     with pytest.raises(ArithmeticError, match="cannot be looked at"):
         list(triaxial(packing).evaluate(samples, STRAINS, workers=2, watch=watch))
 
@@ -396,7 +396,7 @@ def test_what_is_no_answer_to_whether_a_run_stops_is_raised_by_the_batch(packing
 def test_a_batch_that_is_given_up_while_it_is_watched_ends(packing):
     # Its threads may be waiting for the interpreter, to show a state, while it waits for them.
     for _ in range(20):
-        runs = triaxial(packing).evaluate(Samples(np.arange(6), THETAS, PARAMETERS), STRAINS, workers=4, watch=lambda id, response: len(response.control) == 1)
+        runs = triaxial(packing).evaluate(Samples(np.arange(6), THETAS, LAWS["linear"].names), STRAINS, workers=4, watch=lambda id, response: len(response.control) == 1)
         next(runs)
         runs.close()
 

@@ -8,6 +8,7 @@ import pytest
 from graincal import ParameterSpace, Reference
 from graincal.data import MeasurementError
 from graincal.inference import PosteriorFilter, Stop
+
 from .linear_curves import CONTROL, CORRELATION_LENGTH, curves, linear_case
 
 EVALUATIONS = 20_000

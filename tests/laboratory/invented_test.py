@@ -25,7 +25,7 @@ CANONICAL = "axial_strain [%],volumetric_strain [%],stress_ratio [-]"
 
 @dataclass(frozen=True)
 class Shape:
-    """A file's text, how it is encoded, what `read_reference` must be told, and rows that go lost to gaps."""
+    """A file's text, how it is encoded, what `Reference.read` must be told, and rows that go lost to gaps."""
 
     name: str
     text: str

@@ -8,11 +8,11 @@ import pytest
 from fuzzing import SEEDS, fuzzed, mutated, refused_in_words
 from hypothesis import given
 
+from graincal.campaign.file.propose import propose, propose_unknown
 from graincal.data import Reference
 from graincal.dem.packing import Packing
-from graincal.laboratory import propose, understand
+from graincal.laboratory import understand
 from graincal.laboratory.describe import describe
-from graincal.laboratory.propose import propose_unknown
 from graincal.laboratory.table import read_table
 from graincal.laboratory.understanding.case import NotUnderstood
 

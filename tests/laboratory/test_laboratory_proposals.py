@@ -23,8 +23,9 @@ from invented_test import (
     written,
 )
 
+from graincal.campaign.file.propose import propose
 from graincal.data import InputError, ParameterSpace, Reference
-from graincal.laboratory import Known, NotUnderstood, describe, propose, read_reference, understand
+from graincal.laboratory import Known, NotUnderstood, describe, understand
 from graincal.laboratory.vocabulary import guess
 
 
@@ -32,7 +33,7 @@ def read_back(proposal: str, folder: Path) -> Reference:
     """Read the reference as a calibration would: options from its table, the confining pressure from the model's."""
     experiment = tomllib.loads(proposal)["experiment"][0]
     table: dict[str, Any] = dict(experiment["reference"])
-    return read_reference(
+    return Reference.read(
         folder / table.pop("file"),
         experiment["control"],
         tuple(experiment["observables"]),

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from graincal.campaign.file.propose import propose
 from graincal.data import Reference
-from graincal.laboratory import propose, understand
+from graincal.laboratory import understand
 
 DATA = os.environ.get("GRAINCAL_REFERENCE_DATA")
 pytestmark = pytest.mark.skipif(DATA is None, reason="GRAINCAL_REFERENCE_DATA names no folder with the published curves")

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from invented_test import CANONICAL, DEVIATOR_STRESS, STRAINS, STRESS_RATIO, percent, rows, text, with_loop
 
-from graincal.data import InputError
-from graincal.laboratory import read_reference, understand
+from graincal.data import InputError, Reference
+from graincal.laboratory import understand
 
 LINES = percent()
 GOOD = text(CANONICAL, *LINES)
@@ -208,11 +208,11 @@ def test_refused_in_one_sentence(name: str, tmp_path: Path) -> None:
     path = tmp_path / "lab.csv"
     path.write_text(content, encoding="utf-8")
     with pytest.raises(InputError) as refusal:
-        read_reference(path, **options)
+        Reference.read(path, **options)
     assert_one_sentence(str(refusal.value), path, expected)
 
 
-@pytest.mark.parametrize("read", [read_reference, understand])
+@pytest.mark.parametrize("read", [Reference.read, understand])
 def test_what_is_no_file_is_refused(read, tmp_path: Path) -> None:
     with pytest.raises(InputError) as refusal:
         read(tmp_path / "nowhere.csv")
@@ -227,7 +227,7 @@ def test_another_name_of_an_observable_is_refused_and_not_the_column_that_is_rig
     path = tmp_path / "lab.csv"
     path.write_text(f"axial_strain,{header}\n0,0\n0.1,100\n")
     with pytest.raises(InputError) as error:
-        read_reference(path, observables=["q"], columns={"deviator_stress": header}, confining_pressure=1e5)
+        Reference.read(path, observables=["q"], columns={"deviator_stress": header}, confining_pressure=1e5)
     assert str(error.value).startswith(f"{path}: 'q' is not an observable (did you mean \"stress_ratio\"?), and stress_ratio, volumetric_strain, ")
 
 
@@ -235,4 +235,4 @@ def test_long_lists_of_lines_are_cut(tmp_path: Path) -> None:
     path = tmp_path / "lab.csv"
     path.write_text(text("axial_strain,stress_ratio", *(f"{0.001 * i},{i}\n{0.001 * i - 0.0005},0" for i in range(12))))
     with pytest.raises(InputError, match=r"lines 3, 5, 7, 9, 11, 13, 15, 17 and 4 more places"):
-        read_reference(path, observables=["stress_ratio"])
+        Reference.read(path, observables=["stress_ratio"])

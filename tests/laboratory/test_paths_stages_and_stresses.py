@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from graincal.cli import app
-from graincal.data import InputError
-from graincal.laboratory import Known, Understanding, read_reference, understand
+from graincal.data import InputError, Reference
+from graincal.laboratory import Known, Understanding, understand
 from graincal.laboratory.quantities import STRESS_FORMS
 from graincal.laboratory.understanding.staging import _SHEAR
 
@@ -81,7 +81,7 @@ def _read(path: Path, found: Understanding, pressure: float | None = None):
     compression = {name: "positive" if sign == "?" else sign for name, sign in found.compression.items()}
     turns = found.turns if found.control == "position" else None
     strain = "engineering" if found.strain else None
-    return read_reference(path, found.control, found.observables, columns=found.columns, units=found.units, compression=compression, strain=strain, confining_pressure=found.confining_pressure or pressure, turns=turns)
+    return Reference.read(path, found.control, found.observables, columns=found.columns, units=found.units, compression=compression, strain=strain, confining_pressure=found.confining_pressure or pressure, turns=turns)
 
 
 N = 12
@@ -157,7 +157,7 @@ def test_a_stage_that_stands_in_two_places_is_refused(stage: str | None, tmp_pat
     with pytest.raises(InputError, match=r"Shear stands on lines 2-7 and 12-17.*--rows"):
         understand(path, Known(stage=stage))
     with pytest.raises(InputError, match=r"Shear stands on lines 2-7 and 12-17"):
-        read_reference(path, stage="Shear", confining_pressure=1e5)
+        Reference.read(path, stage="Shear", confining_pressure=1e5)
 
 
 # header, stresses, words of the refusal

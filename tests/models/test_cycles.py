@@ -9,7 +9,7 @@ import graincal as gc
 from graincal import InputError, demo
 from graincal.data import Samples
 from graincal.interpolation import interpolate
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import LAWS
 from graincal.positions import POSITION, positions
 
 THETA = np.array([[8.2, 0.2, 30.0, 0.1, 0.3]])
@@ -30,7 +30,7 @@ def cycle(packing, kind=gc.OedometricTest, pressure=PRESSURE, turns=TURNS, **opt
 
 def stored(test, at, watch=None, theta=THETA):
     """The response as a campaign keeps it."""
-    ((_, response),) = test.evaluate(Samples(np.arange(1), theta, PARAMETERS), at, workers=1, watch=watch)
+    ((_, response),) = test.evaluate(Samples(np.arange(1), theta, LAWS["linear"].names), at, workers=1, watch=watch)
     assert isinstance(response, gc.Response), response
     return response
 
@@ -151,7 +151,7 @@ def test_a_position_that_no_test_comes_to_is_refused(packing):
 @pytest.mark.parametrize(("kind", "stress"), CYCLES)
 def test_what_a_cycle_costs_hardly_depends_on_the_modulus(packing, kind, stress):
     test = cycle(packing, kind)
-    samples = Samples(np.arange(2), np.repeat(THETA, 2, axis=0) + [[-0.7, 0, 0, 0, 0], [1.8, 0, 0, 0, 0]], PARAMETERS)
+    samples = Samples(np.arange(2), np.repeat(THETA, 2, axis=0) + [[-0.7, 0, 0, 0, 0], [1.8, 0, 0, 0, 0]], LAWS["linear"].names)
     steps = [outcome.details["steps"] for _, outcome in sorted(test.evaluate(samples, AT, workers=1), key=lambda pair: pair[0])]
     expected = test.expected_particle_steps(samples, AT) / packing.count
     assert np.all(np.abs(np.log(steps / expected)) < np.log(3))

@@ -7,7 +7,7 @@ import graincal as gc
 from graincal import demo
 from graincal.data import Samples
 from graincal.interpolation import interpolate
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import LAWS
 from graincal.models.rests import FIRST_STRAINS, strains_at_rest, stresses_at_rest
 
 THETA = np.array([[8.2, 0.2, 30.0, 0.1, 0.3]])
@@ -21,7 +21,7 @@ def packing():
 
 def stored(test, at):
     """The response as a campaign keeps it."""
-    ((_, response),) = test.evaluate(Samples(np.arange(1), THETA, PARAMETERS), at, workers=1)
+    ((_, response),) = test.evaluate(Samples(np.arange(1), THETA, LAWS["linear"].names), at, workers=1)
     assert isinstance(response, gc.Response), response
     return response
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from graincal import Packing, demo
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import LAWS
 
 from .curves import COMPARED, Replicates, error, mean_curve, read_columns, replicate_floor, sample_error
 
@@ -44,7 +44,7 @@ def replicates(options):
     for case in CASES:
         for scaling in SCALINGS:
             facts = about(case, scaling)
-            theta = [facts[name] for name in PARAMETERS]
+            theta = [facts[name] for name in LAWS["linear"].names]
             law = facts.get("law", "linear")
             runs.start((case, scaling), packing, theta, STRAINS, facts["confining_pressure"], facts["density_scaling"], law=law, **options)
     yield runs

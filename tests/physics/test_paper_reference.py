@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import LAWS
 
 from .conftest import PAPER_CASE, PAPER_SCALINGS
 from .curves import OBSERVABLES, sample_error
@@ -24,7 +24,7 @@ def reference(reference_data, yade_cases):
     path = reference_data / "synthetic_reference.csv"
     about = path.read_text().splitlines()[0]
     case = yade_cases[PAPER_CASE]
-    theta = [float(re.search(rf"\b{name} ([\d.]+)", about).group(1)) for name in PARAMETERS]
+    theta = [float(re.search(rf"\b{name} ([\d.]+)", about).group(1)) for name in LAWS["linear"].names]
     assert np.allclose(case.theta, theta, rtol=1e-9, atol=0) and case.packing.removesuffix(".csv") in about
     strain, volumetric_strain, ratio = np.loadtxt(path, delimiter=",", skiprows=2).T
     assert np.allclose(strain / 100, case.strains, rtol=0, atol=1e-6)

@@ -47,8 +47,8 @@ def all_failed():
 @pytest.fixture
 def running(tmp_path):
     """A campaign that a reader finds before its end."""
-    from graincal.campaign import Result
     from graincal.campaign.stored.store import Store
+    from graincal.result import Result
 
     folder = tmp_path / "campaign"
     soil.calibrate(folder=folder)

@@ -8,11 +8,12 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from graincal.campaign.found.findings import telling_correlation
 from graincal.data import InputError
-from graincal.report import find, summarise, tables, with_matplotlib, with_plotly, write_figures
+from graincal.drawing.figure import Band, Bars, Level, Line, Points, log_axis
+from graincal.drawing import with_matplotlib, with_plotly
+from graincal.report import find, summarise, tables, write_figures
 from graincal.report.contents import figures
-from graincal.report.drawing import Band, Bars, Level, Line, Points, log_axis
-from graincal.report.findings import telling_correlation
 from graincal.report.sampling import draw_samples
 
 from . import soil

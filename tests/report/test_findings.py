@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from graincal.campaign.found.findings import judge, legend, rule, trade_offs
 from graincal.data import ParameterSpace, Reference
 from graincal.inference import IterativeBayesianFilter, Posterior, Stop
+from graincal.inference.iterative.close_fits import MARGIN, CloseFits, close_fits
+from graincal.inference.iterative.narrowing import narrowing_by_chance
 from graincal.notation.markup import to_html, to_mathtext, to_plain
 from graincal.report import find
-from graincal.report.chance import narrowing_by_chance
-from graincal.report.close_fits import MARGIN, CloseFits, close_fits
-from graincal.report.findings import judge, legend, rule, trade_offs
 
 
 def spread_evenly(low, high, count=2001):

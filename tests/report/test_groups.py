@@ -5,7 +5,7 @@ import pytest
 
 from graincal.data import ParameterSpace
 from graincal.inference import Posterior
-from graincal.report.groups import find_groups
+from graincal.inference.sampling.groups import find_groups
 
 SPACE = ParameterSpace({f"p{k}": (0, 10) for k in range(5)})
 SIGMA = 0.2

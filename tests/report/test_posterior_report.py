@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.remarks import remarks
+from graincal.drawing import with_matplotlib
+from graincal.drawing.figure import Band, Points
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
-from graincal.report import error_terms, summarise, tables, verdict, with_matplotlib, write_report
+from graincal.report import error_terms, summarise, tables, verdict, write_report
 from graincal.report.contents import figures
-from graincal.report.drawing import Band, Points
-from graincal.report.emulated import Emulated
 from graincal.report.emulated_figures import draw_emulated_pairs
 
 from . import soil, test_report
@@ -264,7 +265,7 @@ def test_without_a_response_nothing_is_found(tmp_path):
 
 
 def test_figures_are_the_same_when_they_are_drawn_again(result):
-    from graincal.report.with_plotly import describe
+    from graincal.drawing.with_plotly import describe
 
     once, again = (json.dumps([describe(panel) for panel in next(iter(figures(result))).panels]) for _ in range(2))
     assert once == again

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import graincal as gc
-from graincal.report import summarise, tables, with_matplotlib, with_plotly, write_report
+from graincal.campaign.found.emulated import Emulated
+from graincal.drawing import with_matplotlib, with_plotly
+from graincal.drawing.figure import Band, Line
+from graincal.report import summarise, tables, write_report
 from graincal.report.contents import figures
-from graincal.report.drawing import Band, Line
-from graincal.report.emulated import Emulated
 
 from . import soil
 from .test_report import read

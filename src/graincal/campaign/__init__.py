@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from graincal.campaign.asked.calibration import Calibration
     from graincal.campaign.asked.experiment import Experiment
     from graincal.campaign.found.prediction import Prediction, predict
+    from graincal.campaign.found.record import Answer, Candidate, Record
     from graincal.campaign.found.remark import Remark
-    from graincal.campaign.found.result import Answer, Candidate, Result
     from graincal.campaign.run.advice import Advice
     from graincal.campaign.run.advising import advise
     from graincal.campaign.run.candidate_tests import CandidateTest
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from graincal.campaign.stored.listener import Listener
     from graincal.campaign.stored.trouble import FolderError
 
-__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Remark", "Result", "advise", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "advise", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -32,7 +32,7 @@ __getattr__ = exported(
         "graincal.campaign.stored.listener": ["Listener"],
         "graincal.campaign.found.prediction": ["Prediction", "predict"],
         "graincal.campaign.found.remark": ["Remark"],
-        "graincal.campaign.found.result": ["Answer", "Candidate", "Result"],
+        "graincal.campaign.found.record": ["Answer", "Candidate", "Record"],
         "graincal.campaign.run.running": ["begin", "calibrate", "resume"],
         "graincal.campaign.stored.trouble": ["FolderError"],
     },

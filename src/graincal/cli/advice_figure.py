@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from graincal.campaign import Advice
 from graincal.data import InputError
+from graincal.drawing.palette import BLACK, GREY, distinct
 from graincal.files import unwritable
 from graincal.notation.glyphs import missing_glyphs_unsaid
 from graincal.notation.markup import to_mathtext
 from graincal.notation.quantities import parameters
-from graincal.report.palette import BLACK, GREY, distinct
 
 _MARKERS = ("o", "s", "D", "^", "v", "P", "X")
 _SPREAD = 0.5

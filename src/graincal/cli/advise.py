@@ -32,12 +32,12 @@ def advise(
 
     Each test is run at draws from the posterior, and its runs are kept in the campaign's folder. After Ctrl-C the same command goes on.
     """
-    from graincal.campaign import Result
     from graincal.campaign.run.advising import ADVICE
     from graincal.campaign.run.advising import advise as advise_tests
     from graincal.cli.console import PrintableConsole
     from graincal.cli.outputs import check_outputs
     from graincal.cli.progress import Progress
+    from graincal.result import Result
 
     at_once = parse_workers(workers)
     check_outputs(output, plot)

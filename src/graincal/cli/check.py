@@ -151,6 +151,7 @@ def _describe_reference(reference: Reference) -> list[str]:
 
 def _describe_model(experiment: Experiment) -> list[str]:
     from graincal.models import StressPathTest
+    from graincal.models.contact_laws import DEFAULT_LAW
 
     model, lines = experiment.model, [f'experiment "{experiment.name}"']
     if isinstance(model, StressPathTest):
@@ -160,7 +161,7 @@ def _describe_model(experiment: Experiment) -> list[str]:
         several = f", the first of {len(model.packings)} packings" if len(model.packings) > 1 else ""
         lines.append(f"  {model.title}{at}, {packing.count} particles, void ratio {packing.void_ratio:.3f}{several}")
         lines += [f"  {model.turns_in_words}"] if model.turns_in_words else []
-        lines += [] if model.law == "linear" else [f"  contact law: {model.law}"]
+        lines += [] if model.law == DEFAULT_LAW else [f"  contact law: {model.law}"]
         lines.append(f"  {len(model.states(experiment.reference.control))} states at rest{every}; rows between them are interpolated")
         lines.append(f"  {', '.join([model.density_in_words, *(f'{name} {value}' for name, value in model.economies.items())])}")
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]

@@ -12,7 +12,6 @@ import typer
 
 from graincal.data import InputError
 
-
 Said = TypeVar("Said")
 
 
@@ -41,7 +40,7 @@ def said_of_file(
     rows: str | None,
     sheet: str | None,
 ) -> dict[str, Any]:
-    """What options say of a file, that of the option `beside`, as options of `read_reference`; only those that are given.
+    """What options say of a file, that of the option `beside`, as options of `read_test`; only those that are given.
 
     Raises InputError where they say something of no file, or of a calibration file, which says all this itself.
     """

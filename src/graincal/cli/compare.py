@@ -32,12 +32,12 @@ def compare(
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
 ) -> None:
     """Rank models by how they predict a test that was held out, or else by the evidence of the references."""
-    from graincal.campaign import Result
     from graincal.campaign.file.reading import read_before
     from graincal.campaign.found.comparison import compare as compare_campaigns
     from graincal.campaign.found.prediction import predict
     from graincal.cli.comparison import Compared, calibrated_against, driven_as, read_comparison, say_how_it_was_read
     from graincal.cli.predict import chosen_experiment, predicted_test, say_if_few, say_what_runs
+    from graincal.result import Result
 
     at_once, asked = parse_workers(workers), said_of_file("--against", against, column, strain, compression, stage, rows, sheet)
     results = {str(folder): Result.read(folder) for folder in folders}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from graincal.campaign import Experiment, Result
+from graincal.campaign import Experiment
 from graincal.campaign.file.config import read_references
 from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.cli.saying import say
@@ -22,6 +22,7 @@ from graincal.models import OedometricTest, StressPathTest, TriaxialTest, Undrai
 from graincal.models.compression import CompressionTest
 from graincal.models.stress_path import RETURNED, STRAINS
 from graincal.positions import POSITION
+from graincal.result import Result
 
 OTHER_PRESSURE = 0.05
 """Of a confining pressure: within it a test was made at the same one."""
@@ -122,7 +123,7 @@ def _of_laboratory(path: Path, test: Compared, measured_like: Experiment | None,
     own = [name for name in asked.get("columns", ()) if name in test.returned and name not in (test.control, "axial_strain", *STRESS_FORMS)]
     observables = tuple(dict.fromkeys((*test.observables, *(name for name in own if name not in test.recorded))))
     _refuse_other_pressure(path, test, asked)
-    reference = read_another(path, test.control, observables, asked=asked, before=before, recorded=test.recorded, **test.reading)
+    reference = Reference.of(read_another(path, test.control, observables, asked=asked, before=before, recorded=test.recorded, **test.reading))
     other = measured_like.reference if measured_like else reference
     errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
     step = other.control_step if other.control_name == reference.control_name else 0.0

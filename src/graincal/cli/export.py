@@ -25,9 +25,9 @@ def export(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER")] = None,
 ) -> None:
     """Write samples, weights, errors and responses of the complete iterations for other programs."""
-    from graincal.campaign import Result
     from graincal.campaign.found.export import export_csv, export_json
     from graincal.cli.outputs import check_folder
+    from graincal.result import Result
 
     write = {Format.csv: export_csv, Format.json: export_json}[to]
     result, target = Result.read(folder), output or folder / "export"

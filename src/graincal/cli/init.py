@@ -54,9 +54,10 @@ def init(
     What the file does not prove is a question: a key that says "?" until it is answered, in the file or by an option.
     """
     from graincal import Packing
+    from graincal.campaign.file.propose import propose, propose_unknown
     from graincal.cli.outputs import check_file
     from graincal.cli.preparing import asked_preparation, check_alone, out_of_reach
-    from graincal.laboratory import NotUnderstood, describe, propose, propose_unknown, understand
+    from graincal.laboratory import NotUnderstood, describe, understand
     from graincal.laboratory.describe import describe_table, list_columns
     from graincal.laboratory.table import read_table
 

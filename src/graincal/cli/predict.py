@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from graincal.campaign import Experiment, Result
+    from graincal.campaign import Experiment
     from graincal.campaign.found.prediction import Prediction
     from graincal.data import Reference
     from graincal.laboratory.another_file import Before
     from graincal.models import StressPathTest
+    from graincal.result import Result
 
 
 FEW = 20
@@ -49,12 +50,12 @@ def predict(
     quiet: Quiet = False,
 ) -> None:
     """Predict another test by the posterior of a campaign: at another confining pressure, or along another stress path."""
-    from graincal.campaign import Result
     from graincal.campaign.file.reading import read_before
     from graincal.campaign.found.prediction import predict as predict_test
     from graincal.cli.comparison import driven_as
     from graincal.cli.figures import draw_prediction
     from graincal.cli.outputs import check_outputs
+    from graincal.result import Result
 
     at_once = parse_workers(workers)
     check_outputs(output, plot)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-
 from graincal.cli.saying import say
 from graincal.data import InputError
 
 if TYPE_CHECKING:
+    from graincal.campaign.file.propose import Preparation
     from graincal.dem.preparation import Reach
-    from graincal.laboratory import Preparation
 
 SEED = 1
 
@@ -32,8 +31,8 @@ def check_alone(packing: Path | None, void_ratio: float | None, relative_density
 
 def asked_preparation(relative_density: float | None, grading: str | None, particles: int | None) -> Preparation:
     """The packing to prepare; at a relative density, with its void ratio. Raises InputError for a grading that cannot be read, and where its reach cannot be found."""
+    from graincal.campaign.file.propose import Preparation
     from graincal.dem.grading import Grading
-    from graincal.laboratory import Preparation
 
     particles = Preparation.particles if particles is None else particles
     grading = Preparation.grading if grading is None else grading

@@ -18,11 +18,11 @@ def report(
     prediction: Annotated[bool, typer.Option("--prediction/--no-prediction", help="Simulate the most probable sample at twice the confining pressure.")] = True,
 ) -> None:
     """Write the report of a campaign's complete iterations: one HTML file."""
-    from graincal.campaign import Result
     from graincal.campaign.run.running import REPORT
     from graincal.cli.outputs import check_file
     from graincal.report import write_figures, write_report
     from graincal.report.write import PREDICTED
+    from graincal.result import Result
 
     if output:
         check_file(output)

@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from graincal.campaign import Calibration, Listener, Result
+from graincal.campaign import Calibration, Listener
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.examination import Examination, examine
 from graincal.campaign.run.running import REPORT
@@ -20,6 +20,7 @@ from graincal.cli.console import PrintableConsole
 from graincal.cli.progress import Progress
 from graincal.cli.saying import say
 from graincal.data import InputError
+from graincal.result import Result
 
 
 def look_at(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Examination:
@@ -83,10 +84,10 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
 def show(result: Result, folder: Path, console: Console) -> None:
     """The result in words and a table of the parameters."""
     from graincal.campaign.found.recorded import in_words, recorded_of_answer
+    from graincal.inference.iterative.close_fits import MARGIN, close_fits
     from graincal.notation import numbers
     from graincal.notation.markup import to_plain
     from graincal.report import summarise
-    from graincal.report.close_fits import MARGIN, close_fits
 
     console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
     stopped = f", {result.stopped.sum()} stopped early, for they could not matter any more" if result.stopped.any() else ""

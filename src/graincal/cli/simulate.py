@@ -15,6 +15,7 @@ from graincal.cli.saying import say
 from graincal.cli.strains import axial_strains
 from graincal.data import InputError
 from graincal.models import StressPathTest
+from graincal.models.contact_laws import LAWS
 from graincal.models.economy import INERTIAL_NUMBER, Economy
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Simulation:
 
     packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")]
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
-    law: Annotated[str, typer.Option(help="The contact law: linear or hertz-mindlin.", metavar="NAME")] = StressPathTest.law
+    law: Annotated[str, typer.Option(help=f"The contact law: {' or '.join(LAWS)}.", metavar="NAME")] = StressPathTest.law
     rest_every: Annotated[float | None, typer.Option(help="The strain from one state at rest to the next; rows between them are interpolated.", show_default="0.004")] = None
     accuracy: Annotated[str, typer.Option(help="standard; or reference, step by step as YADE, nearly twice as long.", metavar="NAME")] = Economy.accuracy
     inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, from which the grains' density follows.", show_default=f"{INERTIAL_NUMBER:g}")] = None
@@ -219,7 +220,7 @@ def _parse(parameters: list[str]) -> dict[str, float]:
 
 def _doubts(test: StressPathTest, theta: Mapping[str, float], at: ArrayLike) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
-    from graincal.models.contact_parameters import unusual_parameters
+    from graincal.models.contact_laws import unusual_parameters
     from graincal.models.plausibility import unusual_pressure
     from graincal.models.stress_path import unusual
 

@@ -2,8 +2,7 @@
 
 from graincal.laboratory.decisions import Decision, Question
 from graincal.laboratory.describe import describe
-from graincal.laboratory.propose import Preparation, propose, propose_unknown
-from graincal.laboratory.reading import read_reference
+from graincal.laboratory.reading import Test, read_test
 from graincal.laboratory.understanding import Known, NotUnderstood, Understanding, understand
 
-__all__ = ["Decision", "Known", "NotUnderstood", "Preparation", "Question", "Understanding", "describe", "propose", "propose_unknown", "read_reference", "understand"]
+__all__ = ["Decision", "Known", "NotUnderstood", "Question", "Test", "Understanding", "describe", "read_test", "understand"]

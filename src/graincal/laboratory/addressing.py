@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.table import Table
 from graincal.laboratory.units import split_header
 from graincal.suggestion import did_you_mean

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass, field
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.rows import Row
 
 CURVES = ("CONS",)

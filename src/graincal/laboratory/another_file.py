@@ -7,23 +7,23 @@ from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
-from graincal.data import InputError, Reference
+from graincal.errors import InputError
 from graincal.laboratory.addressing import MissingColumn, column_index, listed_columns, refuse_shared
 from graincal.laboratory.columns import Conventions, Place
 from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_FORMS
-from graincal.laboratory.reading import read_reference, selectable, source_of
+from graincal.laboratory.reading import Test, read_test, selectable, source_of
 from graincal.laboratory.table import Table, read_table
 from graincal.laboratory.units import split_header
 from graincal.positions import POSITION
 
 CARRIED = ("columns", "units", "strain", "compression", "unloading", "zero", "sample_volume", "sample_height", "encoding")
-"""Options of `read_reference` that hold for other files of a laboratory too. Up to where it is read is of one file alone, and so are those in _OF_ONE_FILE."""
+"""Options of `read_test` that hold for other files of a laboratory too. Up to where it is read is of one file alone, and so are those in _OF_ONE_FILE."""
 _OF_ONE_FILE = ("sheet", "stage", "rows")
 
 
 @dataclass(frozen=True)
 class Before:
-    """How a file was read before: the options of `read_reference` that were given, of which those in CARRIED are used, and what that reading is called, as `"drained"`."""
+    """How a file was read before: the options of `read_test` that were given, of which those in CARRIED are used, and what that reading is called, as `"drained"`."""
 
     called: str
     options: Mapping[str, Any]
@@ -75,22 +75,22 @@ class _Misfit:
 
 def read_another(
     path: str | PathLike[str], control: str, observables: Sequence[str], *, asked: Mapping[str, Any], before: Before | None = None, recorded: Sequence[str] = (), **test: Any
-) -> Reference:
+) -> Test:
     """Read a file over `control`, with those of the observables (names), and of those that are `recorded` and not fitted, that it holds.
 
     asked: `columns`, `units`, `strain`, `compression` (quantity -> word), `sheet`, `stage` and `rows` for this file. With columns, only these are read, by the conventions of the file `before` where nothing
     else is asked. Without, the columns of the file before are read where this one has all of them, or else those with the quantities' own names.
-    test: `confining_pressure` and `turns`, as of `read_reference`. The notes begin with which columns were read.
+    test: `confining_pressure` and `turns`, as of `read_test`. The notes begin with which columns were read.
 
-    Raises InputError where the file has no such columns, and as `read_reference`.
+    Raises InputError where the file has no such columns, and as `read_test`.
     """
     misfits: list[tuple[_Choice, _Misfit]] = []
     for choice in _choices(path, asked, before):
         table = _table(path, choice)
         found = _find(table, control, observables, recorded, choice, test)
         if isinstance(found, _Found):
-            reference = read_reference(path, control, found.observables, recorded=found.recorded, **_options(control, found, choice), **test)
-            return replace(reference, notes=(*_how(table, control, (*observables, *recorded), choice, found, misfits), *reference.notes))
+            test_read = read_test(path, control, found.observables, recorded=found.recorded, **_options(control, found, choice), **test)
+            return replace(test_read, notes=(*_how(table, control, (*observables, *recorded), choice, found, misfits), *test_read.notes))
         misfits.append((choice, found))
     others = "".join(f", nor is {misfit.wanted} of {choice.called}" for choice, misfit in misfits if choice.columns)
     own = next(misfit for choice, misfit in misfits if not choice.columns or asked.get("columns"))
@@ -156,7 +156,7 @@ def _find(table: Table, control: str, observables: Sequence[str], recorded: Sequ
 
 
 def _options(control: str, found: _Found, choice: _Choice) -> dict[str, Any]:
-    """The options of `read_reference`: what is said of this file as it is, and of what is said of another what is read here."""
+    """The options of `read_test`: what is said of this file as it is, and of what is said of another what is read here."""
     asked, carried, possible = choice.asked, choice.carried, selectable((control, *found.observables, *found.recorded))
     mine = bool(asked.get("columns"))
     options = {key: carried[key] for key in ("unloading", "sample_volume", "sample_height", "encoding") if key in carried}

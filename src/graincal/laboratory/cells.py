@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.numbers import decimal_mark, is_plain, part_thousands, proven_mark, reads_as_number, shown, split_unit
-from graincal.laboratory.vocabulary import guess
 from graincal.laboratory.rows import SNIFFED_LINES, Row
 from graincal.laboratory.units import Unit, find_unit, split_header
+from graincal.laboratory.vocabulary import guess
 
 PLAIN_THOUSANDS = 100.0
 """A column whose other numbers come so far goes on to 1,012; one that stays below does not."""

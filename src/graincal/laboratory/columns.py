@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.addressing import column_index
 from graincal.laboratory.numbers import read_number, shown
 from graincal.laboratory.quantities import COMPRESSED, DIMENSIONS, POROSITIES, SIGNED, STRAINS

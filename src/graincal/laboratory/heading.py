@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.numbers import reads_as_number
-from graincal.laboratory.vocabulary import guess
 from graincal.laboratory.rows import SNIFFED_LINES, SPACE, Grid, Row, comment_text, shape, split, words
 from graincal.laboratory.units import find_unit, split_header
+from graincal.laboratory.vocabulary import guess
 
 LINES_ABOVE = 200
 """So many lines above the numbers are looked at."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.addressing import MissingColumn
 from graincal.laboratory.backbone import noise, through_zero
 from graincal.laboratory.columns import Conventions

@@ -1,30 +1,50 @@
-"""Reading a laboratory file into a reference."""
+"""Reading a laboratory file into SI units and fractions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from numbers import Real
+from dataclasses import dataclass
 from os import PathLike
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError, MeasurementError, Reference
-from graincal.laboratory.backbone import outrun, repeated, say_lines, spans, turned_back
-from graincal.laboratory.columns import LARGEST_FRACTION, Column, Conventions, Key, Place, read_columns, refuse_mixed_units, to_plain
-from graincal.laboratory.loading_path import rows_of_path, source_of, turns_of
-from graincal.laboratory.quantities import DIMENSIONS, OBSERVABLES, SIGNED, STRAINS, STRESS_FORMS, STRESS_MEASURES, VOID_RATIOS
-from graincal.laboratory.sources import EXTENSION, Source, instead, refuse_contradictions
+from graincal.errors import InputError
+from graincal.laboratory.columns import Column, Conventions, Key, Place, read_columns, refuse_mixed_units, to_plain
+from graincal.laboratory.kept_rows import backbone_of, chosen_lines, said_of_gaps, said_of_unloaded, up_to
+from graincal.laboratory.loading_path import rows_of_path, source_of
+from graincal.laboratory.quantities import STRESS_FORMS, STRESS_MEASURES, VOID_RATIOS
+from graincal.laboratory.refusals import refuse_another_name, refuse_not_positive, refuse_tension, refuse_wrong_errors, refuse_wrong_way
+from graincal.laboratory.sources import Source, instead, refuse_contradictions
 from graincal.laboratory.stages import choose_rows
 from graincal.laboratory.stresses import WANTED
 from graincal.laboratory.table import Table, read_table
-from graincal.laboratory.units import split_header
-from graincal.laboratory.vocabulary import did_you_mean_observable
 from graincal.positions import POSITION
 from graincal.suggestion import did_you_mean
 
 
-def read_reference(
+@dataclass(frozen=True, eq=False)
+class Test:
+    """What a laboratory file was read as: what a `graincal.Reference` is made of, whose words these are."""
+
+    control: NDArray[np.float64]
+    observables: Mapping[str, NDArray[np.float64]]
+    variance_shares: Mapping[str, float] | None
+    measurement_errors: Mapping[str, Any] | None
+    control_name: str
+    control_step: float
+    simulated: bool
+    recorded: Mapping[str, NDArray[np.float64]]
+    read_as: tuple[str, ...]
+    cut: bool
+    at_pressure: tuple[str, ...]
+    turned: tuple[str, ...]
+    idle: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def read_test(
     path: str | PathLike[str],
     control: str = "axial_strain",
     observables: Sequence[str] | Mapping[str, float] = ("stress_ratio", "volumetric_strain"),
@@ -37,7 +57,7 @@ def read_reference(
     until: float | None = None,
     confining_pressure: float | None = None,
     turns: Sequence[float] | None = None,
-    measurement_errors: Mapping[str, MeasurementError | float] | None = None,
+    measurement_errors: Mapping[str, Any] | None = None,
     control_step: float | None = None,
     simulated: bool = False,
     stage: str | int | None = None,
@@ -48,7 +68,7 @@ def read_reference(
     sheet: str | int | None = None,
     encoding: str | None = None,
     recorded: Sequence[str] = (),
-) -> Reference:
+) -> Test:
     """Read a laboratory file: delimited text, a spreadsheet or AGS4 data, in the order of the test.
 
     The file's delimiter, decimal mark and encoding are found out; what its columns mean is not guessed. A quantity is read from the column that
@@ -102,28 +122,18 @@ def read_reference(
     wanted = (control, *shares, *recorded)
     positive = {"confining_pressure": confining_pressure, "control_step": control_step, "until": until, "sample_volume": sample_volume, "sample_height": sample_height}
     for key, number in positive.items():
-        _refuse_not_positive(table.path, key, {"": number})
-    _refuse_wrong_errors(table.path, measurement_errors or {}, shares)
+        refuse_not_positive(table.path, key, {"": number})
+    refuse_wrong_errors(table.path, measurement_errors or {}, shares)
 
     conventions = Conventions(columns or {}, units or {}, strain, compression, sample_volume, sample_height)
-    _refuse_another_name(table, wanted[1:], conventions)
+    refuse_another_name(table, wanted[1:], conventions)
     conventions.check_words(table.path, selectable(wanted))
-    sources = {name: source_of(table, name, conventions, confining_pressure, turns) for name in wanted}
-    found = list({column.key: column for source in sources.values() for column in source.columns}.values())
-    conventions.check_names(table.path, [column.quantity for column in found])
-    refuse_mixed_units(table, found)
-
-    printed, complete = read_columns(table, found)
-    lines = _chosen(table.lines, complete)
-    plain = {column.key: to_plain(table, column, printed[column.key][complete], lines, conventions) for column in found}
-    plain = _counted_from_the_first(table.path, zero, found, plain)
-    refuse_contradictions(table, found, plain)
-    _refuse_tension(table, sources.get("stress_ratio"), plain, control, conventions)
-    values, plain, lines, notes = _values(sources, plain, lines, confining_pressure)
-    _refuse_wrong_way(table, sources[control].columns[0], values[control], conventions, control)
-    compared, cut = _until(table, control, values[control], lines, until)
-    backbone, dropped = _backbone(table, control, values[control][compared], lines[compared], unloading)
-    return Reference(
+    sources, found = _columns(table, wanted, conventions, confining_pressure, turns)
+    values, plain, lines, notes = _rows_read(table, sources, found, conventions, zero, confining_pressure, control)
+    refuse_wrong_way(table, sources[control].columns[0], values[control], conventions, control)
+    compared, cut = up_to(table, control, values[control], lines, until)
+    backbone, dropped = backbone_of(table, control, values[control][compared], lines[compared], unloading)
+    return Test(
         values[control][compared][backbone],
         {name: values[name][compared][backbone] for name in shares},
         None if None in shares.values() else shares,
@@ -139,7 +149,6 @@ def read_reference(
         idle=tuple(cut) if compared.stop is None else (),
         notes=(
             *chosen,
-            *_gaps(table, found, printed, complete),
             *notes,
             *cut,
             *dropped,
@@ -147,6 +156,37 @@ def read_reference(
             *_open_measures({column.quantity: plain[column.key][compared] for column in found}, conventions),
         ),
     )
+
+
+def _columns(
+    table: Table, wanted: Sequence[str], conventions: Conventions, confining_pressure: float | None, turns: Sequence[float] | None
+) -> tuple[dict[str, Source], list[Column]]:
+    """What each wanted quantity is made of, and all columns that are read for that."""
+    sources = {name: source_of(table, name, conventions, confining_pressure, turns) for name in wanted}
+    found = list({column.key: column for source in sources.values() for column in source.columns}.values())
+    conventions.check_names(table.path, [column.quantity for column in found])
+    refuse_mixed_units(table, found)
+    return sources, found
+
+
+def _rows_read(
+    table: Table,
+    sources: Mapping[str, Source],
+    found: Sequence[Column],
+    conventions: Conventions,
+    zero: Sequence[str],
+    confining_pressure: float | None,
+    control: str,
+) -> tuple[dict[str, NDArray[np.float64]], Mapping[Key, NDArray[np.float64]], list[int], list[str]]:
+    """As `_values`, of the rows without a gap; the notes say of the others too."""
+    printed, complete = read_columns(table, found)
+    lines = chosen_lines(table.lines, complete)
+    plain = {column.key: to_plain(table, column, printed[column.key][complete], lines, conventions) for column in found}
+    plain = _counted_from_the_first(table.path, zero, found, plain)
+    refuse_contradictions(table, found, plain)
+    refuse_tension(table, sources.get("stress_ratio"), plain, control, conventions)
+    values, plain, lines, notes = _values(sources, plain, lines, confining_pressure)
+    return values, plain, lines, [*said_of_gaps(table, found, printed, complete), *notes]
 
 
 def selectable(wanted: Sequence[str]) -> tuple[str, ...]:
@@ -178,7 +218,7 @@ def _observables(path: str, control: str, observables: Sequence[str] | Mapping[s
         raise InputError(f"{path}: {control} is the control, and the observables must be other quantities.")
     if twice := [name for name in recorded if name in shares]:
         raise InputError(f"{path}: {twice[0]} is an observable, which is fitted, and cannot be recorded without being fitted too.")
-    _refuse_not_positive(path, "observables (variance shares)", shares)
+    refuse_not_positive(path, "observables (variance shares)", shares)
     return shares
 
 
@@ -193,140 +233,8 @@ def _values(
     since_begun, kept = {key: column[begun] for key, column in plain.items()}, loaded[begun]
     # The path goes through rows without stress, which then are left out.
     values = {name: source.make(since_begun)[kept] for name, source in sources.items()}
-    notes = [*_unloaded(lines, loaded), *before]
-    return values, {key: column[kept] for key, column in since_begun.items()}, _chosen(lines, begun & loaded), notes
-
-
-def _refuse_wrong_errors(path: str, errors: Mapping[str, MeasurementError | float], observables: Mapping[str, float | None]) -> None:
-    _refuse_not_positive(path, "measurement_errors", {name: error for name, error in errors.items() if not isinstance(error, MeasurementError)})
-    if unknown := set(errors) - set(observables):
-        raise InputError(f"{path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(observables)} was expected.")
-
-
-def _refuse_another_name(table: Table, observables: Sequence[str], conventions: Conventions) -> None:
-    """Refuse an observable that is another name of a known one, where no column is its own: one that is named for it, or that bears the name while none is
-    named for a stress that it may mean."""
-    columns = conventions.columns if isinstance(conventions.columns, Mapping) else {}
-    measured = [name for name in columns if name in STRESS_MEASURES and name not in observables] if "stress_ratio" not in observables else []
-    for name in observables:
-        borne = any(name in (header, split_header(header)[0]) for header in table.header)
-        if name in DIMENSIONS or name in WANTED or name in columns or (borne and not measured):
-            continue
-        if meant := did_you_mean_observable(name, OBSERVABLES):
-            raise InputError(
-                f"{table.path}: '{name}' is not an observable{meant}, and {', '.join(OBSERVABLES)} or another with a column of its name, or one in columns, was expected."
-            )
-
-
-def _refuse_not_positive(path: str, key: str, numbers: Mapping[str, float | None]) -> None:
-    for name, number in numbers.items():
-        if number is not None and (isinstance(number, bool) or not isinstance(number, Real) or not 0 < number < np.inf):
-            raise InputError(f"{path}: {key}{' of ' + name if name else ''} must be a positive number, not {number!r}.")
-
-
-def _refuse_tension(table: Table, source: Source | None, plain: Mapping[Key, NDArray[np.float64]], control: str, conventions: Conventions) -> None:
-    """Refuse a stress that is mostly negative while the sample is compressed: its sign is turned."""
-    for column in source.columns if source and control == "axial_strain" else ():
-        if column.quantity in STRESS_MEASURES and np.median(plain[column.key]) < 0:
-            turned = conventions.is_reversed(column.quantity)
-            way = "its sign was turned, as compression says; if that is wrong" if turned else "if that is its sign convention"
-            word = "positive" if turned else "negative"
-            raise InputError(f'{table.path}: column {column.label} is mostly negative in compression, {way} write compression = {{ {column.quantity} = "{word}" }}.')
-
-
-def _refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64], conventions: Conventions, control_name: str) -> None:
-    """Refuse a control of the wrong sign, and rows in reverse: neither is unloading."""
-    if control_name == EXTENSION and np.max(control) < -np.min(control):
-        raise InputError(f"{table.path}: axial_extension goes down to {np.min(control):g}, and was expected to increase: the sample is shortened in this file, or the sign of column {column.label} is turned.")
-    if control_name != column.quantity:
-        return
-    name, end = column.quantity, float(control[-1])
-    falls = len(control) > 1 and np.all(np.diff(control) <= 0) and end < control[0]
-    rises = len(control) > 1 and np.all(np.diff(control) >= 0) and end > control[0]
-    negative = -np.min(control) > np.max(control)
-    if conventions.is_reversed(name):
-        sign = f'leave {name} out of compression = "negative", which is said of it,'
-    else:
-        sign = 'write compression = "negative"' if name in SIGNED else f'write compression = {{ {name} = "negative" }}'
-    if negative and rises and control[0] == np.min(control) and end <= 0 and name in STRAINS:
-        raise InputError(f"{table.path}: {name} comes back from {control[0]:g} to {end:g}, and was expected to grow from the beginning of the test: {sign} and reverse the rows.")
-    if negative and not rises:
-        raise InputError(f"{table.path}: {name} goes down to {np.min(control):g}, and was expected to increase: if its sign is the other way round in this file, {sign}.")
-    if falls:
-        raise InputError(
-            f"{table.path}: {name} falls throughout, from {control[0]:g} to {end:g}, and was expected to increase:"
-            " the rows seem to stand in reverse, so put them in the order of the test."
-        )
-
-
-def _until(table: Table, name: str, control: NDArray[np.float64], lines: list[int], until: float | None) -> tuple[slice, list[str]]:
-    """The rows up to the first whose control (T,) exceeds `until`, and what to say of the others."""
-    if until is None:
-        return slice(None), []
-    # A value that is printed in percent may come out in its last digit above the fraction that was meant.
-    beyond = np.flatnonzero(control > until * (1 + 1e-12))
-    if not beyond.size:
-        largest = float(np.max(control))
-        if name in STRAINS and until > LARGEST_FRACTION:
-            raise InputError(
-                f"{table.path}: until = {until:g} leaves nothing out, where {name} goes to {largest:.4g}, and a fraction was expected; if {until:g} % is meant, write {until / 100:g}."
-            )
-        return slice(None), [f"nothing is left out by until = {until:g}, which no row lies beyond: {name} goes to {largest:.4g}."]
-    first = int(beyond[0])
-    kept = int(np.sum(~(turned_back(control[:first]) | repeated(control[:first])))) if first else 0
-    if kept < 2:
-        left = "a single row" if kept else "no row"
-        raise InputError(
-            f"{table.path}: until = {until:g} leaves {left}, where {name} goes from {np.min(control):.4g} to {np.max(control):.4g}, and one that leaves at least two was expected."
-        )
-    rest = np.arange(len(control)) >= first
-    return slice(first), [f"{_rows(rest)} left out beyond until = {until:g}, where {name} goes on to {np.max(control):.4g}: {say_lines(spans(rest, lines))}."]
-
-
-def _backbone(
-    table: Table, name: str, control: NDArray[np.float64], lines: list[int], unloading: str | None
-) -> tuple[NDArray[np.bool_], list[str]]:
-    """The rows to keep (T,), and what to say of the others."""
-    if unloading not in (None, "drop"):
-        raise InputError(f"{table.path}: unloading must be \"drop\" or left out, not {unloading!r}.")
-    back, still = turned_back(control), repeated(control)
-    is_stress = name in (POSITION, "axial_stress", "mean_stress")
-    wavers = is_stress and (name == POSITION or not turns_of(loaded := control[control > 0], loaded[0]) if np.any(control > 0) else False)
-    if np.any(back) and unloading is None and not wavers:
-        raise InputError(
-            f"{table.path}: {name} turns back at {say_lines(spans(back, lines))}, where it was expected to increase:"
-            ' unloading = "drop" leaves unload-reload loops out.'
-        )
-    kept = ""
-    if is_stress:
-        # Under a stress that is held the sample goes on to settle: what it comes to counts.
-        kept, going = ", before the last row at the same stress", np.flatnonzero(~back | wavers)
-        still = np.zeros(len(control), dtype=bool)
-        still[going[:-1]] = control[going[1:]] == control[going[:-1]]
-        back = outrun(control) & ~still if wavers else back
-    notes = []
-    if np.any(back):
-        notes.append(f"{_rows(back)} dropped where {name} {'wavers' if wavers else 'turned back'}: {say_lines(spans(back, lines))}.")
-    if np.any(still):
-        notes.append(f"{_rows(still)} dropped where {name} stood still{kept}: {say_lines(spans(still, lines))}.")
-    return ~(back | still), notes
-
-
-def _gaps(table: Table, found: Sequence[Column], printed: Mapping[Key, NDArray[np.float64]], complete: NDArray[np.bool_]) -> list[str]:
-    if np.all(complete):
-        return []
-    where = [column.quantity for column in found if np.any(np.isnan(printed[column.key]))]
-    return [f"{_rows(~complete)} dropped for an empty cell, in {', '.join(where)}: {say_lines(spans(~complete, table.lines))}."]
-
-
-def _unloaded(lines: list[int], loaded: NDArray[np.bool_]) -> list[str]:
-    if np.all(loaded):
-        return []
-    return [f"{_rows(~loaded)} dropped where the stress is 0, which has no position: {say_lines(spans(~loaded, lines))}."]
-
-
-def _chosen(lines: list[int], kept: NDArray[np.bool_]) -> list[int]:
-    return [line for line, keep in zip(lines, kept, strict=True) if keep]
+    notes = [*said_of_unloaded(lines, loaded), *before]
+    return values, {key: column[kept] for key, column in since_begun.items()}, chosen_lines(lines, begun & loaded), notes
 
 
 def _conversions(sources: Mapping[str, Source], found: Sequence[Column], conventions: Conventions) -> list[str]:
@@ -354,6 +262,3 @@ def _open_measures(plain: Mapping[str, NDArray[np.float64]], conventions: Conven
     return [f"{words} taken as logarithmic, since the key strain does not say.{instead}"]
 
 
-def _rows(chosen: NDArray[np.bool_]) -> str:
-    count = int(np.sum(chosen))
-    return f"{count} row{'s' if count > 1 else ''}"

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.numbers import is_number, reads_as_number, shown, without_spaces
 from graincal.laboratory.units import find_unit
 

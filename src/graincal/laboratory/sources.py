@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.addressing import missing_column
 from graincal.laboratory.columns import Column, Conventions, Key, find_column, find_columns
 from graincal.laboratory.quantities import COMPRESSED, LARGEST_STRESS_RATIO, POROSITIES, STRESS_FORMS, STRESS_MEASURES, VOID_RATIOS

@@ -8,7 +8,7 @@ from datetime import date, time, timedelta
 
 from python_calamine import CalamineError, CalamineWorkbook, SheetTypeEnum, SheetVisibleEnum
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.numbers import reads_as_number, shown
 from graincal.laboratory.percent_formats import percent_cells
 from graincal.laboratory.rows import Grid, Row

@@ -6,7 +6,7 @@ from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import replace
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.table import Table
 from graincal.laboratory.vocabulary import meaning
 from graincal.suggestion import did_you_mean

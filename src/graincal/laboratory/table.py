@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.files import check_name, unreadable
 from graincal.laboratory.ags import is_ags, read_group
 from graincal.laboratory.cells import find_decimal, plain_numbers

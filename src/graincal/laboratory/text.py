@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from charset_normalizer import from_bytes
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.decisions import Decision, Question
 
 ENCODINGS = (

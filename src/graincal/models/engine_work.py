@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graincal.data import Failure, Response
 from graincal.dem.batch import Run, run_batch
 from graincal.execution import Watch
-from graincal.models.contact_parameters import PARAMETERS, limits_of, meant, outside
+from graincal.models.contact_laws import LAWS
 from graincal.models.economy import DENSITY
 from graincal.models.proportion import for_engine
 
@@ -32,7 +32,7 @@ _FAILURES = {
 
 @dataclass(frozen=True, eq=False)
 class EngineWork:
-    """What runs of a test on one packing, through the same states at rest (S,), share. A task's argument is theta (5,), in the order of PARAMETERS."""
+    """What runs of a test on one packing, through the same states at rest (S,), share. A task's argument is theta (5,), in the order of the contact law's parameters."""
 
     test: StressPathTest
     states: NDArray[np.float64]
@@ -51,9 +51,9 @@ class EngineWork:
     def run(self, theta: NDArray[np.float64], stopped: Callable[[], bool] = lambda: False, watch: Watch | None = None) -> Response | Failure:
         """Simulate. A sample outside the bounds of the contact law is a Failure; where `watch` says so the run is stopped, and its states so far are the Response."""
         test = self.test
-        for name, value in zip(PARAMETERS, theta):
-            if outside(name, value, test.law):
-                reason = f"{name} = {value:g} has no meaning, it must be a number {limits_of(name, test.law)}{meant(name, value)}."
+        for parameter, value in zip(LAWS[test.law].parameters, theta):
+            if parameter.excludes(value):
+                reason = f"{parameter.name} = {value:g} has no meaning, it must be a number {parameter.limits}{parameter.meant(value)}."
                 return Failure("parameters", reason, _NOTHING_RUN)
 
         def watched(_: int, columns: Mapping[str, NDArray[np.float64]]) -> bool:

@@ -18,7 +18,7 @@ from graincal.dem.packing import Packing
 from graincal.dem.siblings import siblings
 from graincal.execution import Task
 from graincal.interpolation import interpolate
-from graincal.models.contact_parameters import PARAMETERS, limits_of, meant, outside, unusual_parameters
+from graincal.models.contact_laws import DEFAULT_LAW, LAWS, unusual_parameters
 from graincal.models.economy import INERTIAL_NUMBER, INERTIAL_NUMBERS, QUASI_STATIC, Economy, density_scaling_of, inertial_number
 from graincal.models.engine_work import EngineWork
 from graincal.models.model import Model
@@ -26,12 +26,6 @@ from graincal.models.plausibility import impossible_pressure, unusual_pressure
 from graincal.models.proportion import ENGINE_PRESSURE, for_engine, from_engine
 from graincal.models.rests import REST_EVERY, RESTS_EVERY, strains_at_rest, stresses_at_rest
 from graincal.suggestion import did_you_mean
-
-LAWS = {"linear": _native.LinearLaw, "hertz-mindlin": _native.HertzLaw}
-"""The contact laws by name (docs/contact-laws.md)."""
-
-STEPS_EXPONENT = {"linear": 1 / 2, "hertz-mindlin": 1 / 3}
-"""The steps of a run grow with this power of the modulus: the stiffness of a Hertz contact under a given force goes with the modulus to the power 2/3."""
 
 STEPS_BETWEEN_RESTS = 9.0
 """For a modulus of one confining pressure: as on packings of 1,000 and 2,000 in triaxial compression, within a factor of two."""
@@ -79,7 +73,7 @@ class StressPathTest(Economy, Model):
     fixed: parameters that are not calibrated, with their values. largest_flagged_share: a run in which a larger share of the states was not at rest
     within its step limit is a Failure; fewer are counted in the response's details. step_limit: of a whole run. control: what the values at which the
     test is asked for are of, one of the path's `controls`; by default the first of them.
-    law: "linear", the contact law of Hartmann, Cheng, Thornton (2022), or "hertz-mindlin" (docs/contact-laws.md). How exact a run is, and how long, are
+    law: the name of a contact law, by default that of Hartmann, Cheng, Thornton (2022) (`contact_laws.LAWS`, docs/contact-laws.md). How exact a run is, and how long, are
     Economy's options.
 
     What one path differs in from another is below: its name in files and on the command line, what it is called, and its stages.
@@ -106,7 +100,7 @@ class StressPathTest(Economy, Model):
     largest_flagged_share: float = 0.1
     step_limit: int = 20_000_000
     control: str = ""
-    law: str = "linear"
+    law: str = DEFAULT_LAW
     inertial_number: float | None = field(default=None, kw_only=True)
     rest_every: float | None = field(default=None, kw_only=True)
     packings: Sequence[Packing] = field(default=(), kw_only=True)
@@ -139,11 +133,12 @@ class StressPathTest(Economy, Model):
             raise InputError(f"largest_flagged_share must be a number from 0 to 1, not {self.largest_flagged_share!r}.")
         if self.law not in LAWS:
             raise InputError(f"law must be {' or '.join(map(repr, LAWS))}, not {self.law!r}{did_you_mean(self.law, LAWS)}.")
-        if unknown := sorted(set(self.fixed) - set(PARAMETERS)):
-            raise InputError(f"fixed: {unknown[0]} is not among the test's parameters {', '.join(PARAMETERS)}{did_you_mean(unknown[0], PARAMETERS)}.")
+        if unknown := sorted(set(self.fixed) - set(self.parameters)):
+            raise InputError(f"fixed: {unknown[0]} is not among the test's parameters {', '.join(self.parameters)}{did_you_mean(unknown[0], self.parameters)}.")
         for name, value in self.fixed.items():
-            if not isinstance(value, Real) or outside(name, value, self.law):
-                raise InputError(f"fixed.{name} must be a number {limits_of(name, self.law)}, not {value!r}{meant(name, value)}.")
+            parameter = LAWS[self.law].parameter(name)
+            if not isinstance(value, Real) or parameter.excludes(value):
+                raise InputError(f"fixed.{name} must be a number {parameter.limits}, not {value!r}{parameter.meant(value)}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
 
     def _hold_packings(self) -> None:
@@ -232,18 +227,23 @@ class StressPathTest(Economy, Model):
         """What the test is called, in a sentence."""
         return f"{'an' if self.title[0] in 'aeiou' else 'a'} {self.title}"
 
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the contact law's parameters, in the order of theta."""
+        return LAWS[self.law].names
+
     def arrange(self, samples: Samples) -> NDArray[np.float64]:
-        """The samples' theta with the fixed values put in, (N, 5) in the order of PARAMETERS. Raises InputError for a name too many or too few."""
+        """The samples' theta with the fixed values put in, (N, 5) in the order of `parameters`. Raises InputError for a name too many or too few."""
         given = [*samples.names, *self.fixed]
-        if sorted(given) != sorted(PARAMETERS):
-            missing = [name for name in PARAMETERS if name not in given]
-            wrong = [f"{name} is not one of them{did_you_mean(name, missing)}" for name in given if name not in PARAMETERS]
+        if sorted(given) != sorted(self.parameters):
+            missing = [name for name in self.parameters if name not in given]
+            wrong = [f"{name} is not one of them{did_you_mean(name, missing)}" for name in given if name not in self.parameters]
             wrong += [f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"] if missing else []
-            wrong += [f"{name} is given twice" for name in PARAMETERS if given.count(name) > 1]
-            raise InputError(f"{self.name_with_article} needs each of {', '.join(PARAMETERS)} once, as a parameter or fixed: {'; '.join(wrong)}.")
+            wrong += [f"{name} is given twice" for name in self.parameters if given.count(name) > 1]
+            raise InputError(f"{self.name_with_article} needs each of {', '.join(self.parameters)} once, as a parameter or fixed: {'; '.join(wrong)}.")
         columns = {name: samples.theta[:, k] for k, name in enumerate(samples.names)}
         columns |= {name: np.full(len(samples), value) for name, value in self.fixed.items()}
-        return np.stack([columns[name] for name in PARAMETERS], axis=1)
+        return np.stack([columns[name] for name in self.parameters], axis=1)
 
     def tasks(self, samples: Samples, at: ArrayLike) -> list[Task]:
         """A simulation for each sample.
@@ -261,7 +261,7 @@ class StressPathTest(Economy, Model):
     @property
     def steps_exponent(self) -> float:
         """The steps of a run grow with this power of the modulus."""
-        return STEPS_EXPONENT[self.law]
+        return LAWS[self.law].steps_exponent
 
     def steps_between_rests(self, moduli: NDArray[np.float64]) -> NDArray[np.float64]:
         """About how many steps there are from one rest to the next, for moduli in units of the confining pressure (N,)."""
@@ -274,8 +274,8 @@ class StressPathTest(Economy, Model):
         return self.packing.count * steps
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
-        """Simulate each row of thetas (N, n), in the order of PARAMETERS less the fixed ones; returns the outcomes in that order, at the control values `at` (T,)."""
-        names = tuple(name for name in PARAMETERS if name not in self.fixed)
+        """Simulate each row of thetas (N, n), in the order of `parameters` less the fixed ones; returns the outcomes in that order, at the control values `at` (T,)."""
+        names = tuple(name for name in self.parameters if name not in self.fixed)
         thetas = np.atleast_2d(np.asarray(thetas, dtype=np.float64))
         if thetas.shape[1] != len(names):
             raise InputError(f"theta must have the {len(names)} columns {', '.join(names)}, not {thetas.shape[1]}.")
@@ -294,10 +294,8 @@ class StressPathTest(Economy, Model):
         return self.stages(ENGINE_PRESSURE, for_engine(states, self.unit_of_stress) if self.control in IN_PASCAL else states)
 
     def contact_law(self, theta: NDArray[np.float64]) -> _native.LinearLaw | _native.HertzLaw:
-        """That of parameters (5,), in the order of PARAMETERS, as the engine is given it."""
-        log_modulus, ratio, friction_angle, rolling_stiffness, rolling_strength = theta
-        modulus = float(for_engine(10.0**log_modulus, self.unit_of_stress))
-        return LAWS[self.law](modulus, ratio, np.tan(np.radians(friction_angle)), rolling_stiffness, rolling_strength)
+        """That of parameters (5,), in the order of `parameters`, as the engine is given it."""
+        return LAWS[self.law].of(theta, self.unit_of_stress)
 
     def response_of(self, recorded: Mapping[str, NDArray[np.float64]], states: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
         """Of the states recorded, the first or all of those that were to be."""

@@ -1,9 +1,9 @@
 """What a calibration found, for people: one HTML file that needs no network, and the same figures to print.
 
-Figures are prepared once, as plain records (drawing.py), and drawn by two thin renderers (with_plotly.py, with_matplotlib.py).
+Figures are prepared once, as plain records (graincal.drawing), and drawn by two thin renderers.
 """
 
-from graincal.report.findings import Finding, find
+from graincal.campaign.found.findings import Finding, find
 from graincal.report.words import summarise
 from graincal.report.write import write_figures, write_report
 

@@ -8,12 +8,13 @@ import shlex
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Experiment, Result
-from graincal.campaign.file.toml import read_toml
+from graincal.campaign import Experiment
+from graincal.campaign.found.record import Record
 from graincal.data import Reference, Samples
 from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
-from graincal.models.contact_parameters import PARAMETERS
+from graincal.models.contact_laws import DEFAULT_LAW
 from graincal.models.stress_path import STRAINS
+from graincal.notation.toml import read_toml
 from graincal.positions import POSITION, positions
 
 PLACEHOLDER = "packing.csv"
@@ -23,13 +24,13 @@ PLACEHOLDER = "packing.csv"
 def simulate_command(test: StressPathTest, samples: Samples, reference: Reference, at: str = "") -> str:
     """The line for one sample of a built-in test: over the strains of a reference in steps as wide as the reference's, or to its stresses. at: the
     calibration file whose reference it is compared with, at that one's own strains."""
-    theta = dict(zip(PARAMETERS, test.arrange(samples)[0]))
+    theta = dict(zip(test.parameters, test.arrange(samples)[0]))
     words = ["graincal", "simulate", test.kind, "--packing", _from_anywhere(test.packing.name) if from_file(test) else PLACEHOLDER]
     if test.confining_pressure is not None:
         words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
     for name, value in theta.items():
         words += ["-p", f"{name}={value:.8g}"]
-    if test.law != "linear":
+    if test.law != DEFAULT_LAW:
         words += ["--law", test.law]
     densities = {name: value for name in ("density_scaling", "inertial_number") if (value := getattr(test, name)) is not None}
     for name, value in (densities | test.economies).items():
@@ -75,7 +76,7 @@ def _with_turns(test: StressPathTest, control: NDArray[np.float64]) -> NDArray[n
     return rows[apart]
 
 
-def comparison(result: Result, experiment: Experiment) -> str:
+def comparison(result: Record, experiment: Experiment) -> str:
     """The calibration file that --at finds the reference of an experiment in, which is then the only one that it may mean; empty where there is none."""
 
     def may_be_meant(model: Model) -> bool:

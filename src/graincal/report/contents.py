@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from graincal.campaign import Result
+from graincal.campaign.found.emulated import Emulated
+from graincal.campaign.found.findings import find, rule
+from graincal.campaign.found.record import Record
+from graincal.campaign.found.remarks import remarks
+from graincal.drawing.figure import Figure
+from graincal.inference.iterative.close_fits import close_fits
 from graincal.models import StressPathTest
 from graincal.notation.numbers import pressure
 from graincal.report import error_terms, tables, verdict
 from graincal.report.answer import answer_of, as_samples, name_of_answer
-from graincal.report.close_fits import close_fits
 from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
-from graincal.report.drawing import Figure
-from graincal.report.emulated import Emulated
 from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs, draw_emulator
-from graincal.report.findings import find, rule
 from graincal.report.page import Page
 from graincal.report.pairs import draw_pairs
 from graincal.report.prediction import Prediction, draw_prediction
@@ -24,12 +25,12 @@ from graincal.report.sampling import draw_convergence, draw_samples
 from graincal.report.words import cautions, errors_rule, found
 
 
-def figures(result: Result, prediction: Prediction | None = None) -> list[Figure]:
+def figures(result: Record, prediction: Prediction | None = None) -> list[Figure]:
     """All figures that a result has."""
     return _figures(result, prediction, Emulated.of(result))
 
 
-def _figures(result: Result, prediction: Prediction | None, emulated: Emulated | None) -> list[Figure]:
+def _figures(result: Record, prediction: Prediction | None, emulated: Emulated | None) -> list[Figure]:
     if emulated:
         drawn = [draw_bands(emulated), draw_samples(result), draw_emulator(emulated), draw_emulated_pairs(emulated), draw_fabric(result), draw_run_times(result)]
     elif result.has_posterior:
@@ -39,7 +40,7 @@ def _figures(result: Result, prediction: Prediction | None, emulated: Emulated |
     return [figure for figure in (*drawn, draw_prediction(prediction)) if figure]
 
 
-def compose(result: Result, prediction: Prediction | None) -> Page:
+def compose(result: Record, prediction: Prediction | None) -> Page:
     """The report of a result."""
     emulated = Emulated.of(result)
     drawn = {figure.name: figure for figure in _figures(result, prediction, emulated)}
@@ -76,7 +77,7 @@ def compose(result: Result, prediction: Prediction | None) -> Page:
     return page
 
 
-def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, figure_of: Callable[..., None]) -> None:
+def _compose_posterior(page: Page, result: Record, emulated: Emulated | None, figure_of: Callable[..., None]) -> None:
     """What the method "posterior" found."""
     page.items(verdict.found(result, emulated))
     if emulated:
@@ -108,12 +109,12 @@ def _compose_posterior(page: Page, result: Result, emulated: Emulated | None, fi
     page.paragraph([verdict.effective_runs()], "note")
 
 
-def _compose_iterations(page: Page, result: Result, figure_of: Callable[..., None]) -> None:
+def _compose_iterations(page: Page, result: Record, figure_of: Callable[..., None]) -> None:
     """What the paper's method found."""
     findings = find(result.space, result.iterations, result.truth)
     page.items(found(result, findings))
     page.paragraph(cautions(result), "note")
-    page.paragraph([each.text for each in result.remarks], "note")
+    page.paragraph([each.text for each in remarks(result, None)], "note")
     page.paragraph([rule(findings, close_fits(result.iterations))] if findings else [], "note")
     page.paragraph([errors_rule()], "note")
     figure_of("responses", "Reference and responses")
@@ -129,7 +130,7 @@ def _compose_iterations(page: Page, result: Result, figure_of: Callable[..., Non
         page.table(groups)
 
 
-def _simulate_again(page: Page, result: Result) -> None:
+def _simulate_again(page: Page, result: Record) -> None:
     """The lines that simulate the answer again in each experiment with a built-in test."""
     tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
     candidate = answer_of(result)

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from graincal.campaign.found.emulated import DRAWN, Emulated
 from graincal.campaign.found.recorded import in_percent, recorded_of_answer
 from graincal.campaign.found.remarks import RIDGE
 from graincal.data import Response
+from graincal.drawing.figure import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
+from graincal.drawing.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, RANGE, THRESHOLD, VERMILLION, Style
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
-from graincal.report.drawing import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
-from graincal.report.emulated import DRAWN, Emulated
 from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_pair, truth_of_parameter
-from graincal.report.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, RANGE, THRESHOLD, VERMILLION, Style
 from graincal.report.responses import NOT_FITTED, UNSEEN, bands, control_axis, measured_points, on_axis, prefix, side_by_side
 
 _MOST = f"{100 * PROBABILITY:.0f} %"

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
 
+from graincal.campaign.found.emulated import Emulated
 from graincal.inference.likelihood.reduction import columns
 from graincal.notation.numbers import value
 from graincal.notation.quantities import quantity
 from graincal.notation.words import listed
-from graincal.report.emulated import Emulated
 from graincal.report.tables import Table
 
 

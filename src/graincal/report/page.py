@@ -8,12 +8,12 @@ from importlib.resources import files
 
 from plotly.offline import get_plotlyjs
 
+from graincal.drawing.figure import Band, Bars, Figure, Mark, Panel, Points
+from graincal.drawing.palette import DASHES, Style
+from graincal.drawing.with_plotly import describe, describe_square
 from graincal.notation.markup import to_html, to_plain
 from graincal.notation.printable import printable, printable_json
-from graincal.report.drawing import Band, Bars, Figure, Mark, Panel, Points
-from graincal.report.palette import DASHES, Style
 from graincal.report.tables import Table
-from graincal.report.with_plotly import describe, describe_square
 
 # A browser enforces it: whatever the page holds, it loads nothing from anywhere.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:"

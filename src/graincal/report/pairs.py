@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from graincal.campaign import Result
+from graincal.campaign.found.findings import effective_samples, telling_correlation
+from graincal.campaign.found.record import Record
 from graincal.data import ParameterSpace
+from graincal.drawing.figure import Axis, Bars, Figure, Level, Panel, Points
+from graincal.drawing.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
 from graincal.inference import Iteration
+from graincal.inference.sampling.groups import Group, find_groups
 from graincal.notation.numbers import count, percent, short, signed
 from graincal.notation.quantities import Quantity, parameters
-from graincal.report.drawing import Axis, Bars, Figure, Level, Panel, Points
-from graincal.report.findings import effective_samples, telling_correlation
-from graincal.report.groups import Group, find_groups
-from graincal.report.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
 
 if TYPE_CHECKING:
-    from graincal.report.emulated import Mode
+    from graincal.campaign.found.emulated import Mode
 
 _BINS = 12
 _LABEL = 20
@@ -31,7 +31,7 @@ _WEIGHTED = Style(BLUE, opacity=0.85)
 _RING = Style(VERMILLION, symbol="ring", size=_LARGEST + 4)
 
 
-def draw_pairs(result: Result) -> Figure | None:
+def draw_pairs(result: Record) -> Figure | None:
     """The weighted samples of the last iteration with weights: histograms on the diagonal, pairs below it, correlations above."""
     if result.most_probable is None:
         return None
@@ -58,7 +58,7 @@ def draw_pairs(result: Result) -> Figure | None:
     return Figure("posterior", title, caption, panels, columns=n, square=True)
 
 
-def _panel(result: Result, iteration: Iteration, axes: list[Axis], groups: tuple[Group, ...], row: int, column: int) -> Panel:
+def _panel(result: Record, iteration: Iteration, axes: list[Axis], groups: tuple[Group, ...], row: int, column: int) -> Panel:
     x = axes[column] if row == len(axes) - 1 else bare(axes[column])
     if column == row:
         return Panel("", x, Axis(ticks=()), _histogram(result, iteration, row, axes[row]))
@@ -66,7 +66,7 @@ def _panel(result: Result, iteration: Iteration, axes: list[Axis], groups: tuple
     return Panel("", x, axes[row] if column == 0 else bare(axes[row]), marks)
 
 
-def _axis(result: Result, iteration: Iteration, k: int, shown: Quantity) -> Axis:
+def _axis(result: Record, iteration: Iteration, k: int, shown: Quantity) -> Axis:
     """Over the samples, and the truth where it is known."""
     values = iteration.samples.theta[:, k]
     truth = result.truth.get(result.space.names[k], values[0])
@@ -103,13 +103,13 @@ def ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[Le
     return [Level(float(end), LIMIT, upright=upright) for end in (space.low[k], space.high[k]) if low < end < high]
 
 
-def truth_of_parameter(result: Result, k: int, *, upright: bool) -> list[Level]:
+def truth_of_parameter(result: Record, k: int, *, upright: bool) -> list[Level]:
     """The known value of a parameter, where there is one."""
     truth = result.truth.get(result.space.names[k])
     return [] if truth is None else [Level(truth, TRUTH, "truth", upright=upright)]
 
 
-def truth_of_pair(result: Result, row: int, column: int) -> tuple[Level | Points, ...]:
+def truth_of_pair(result: Record, row: int, column: int) -> tuple[Level | Points, ...]:
     """Lines through the known values of a pair, and a point where both are."""
     levels = [*truth_of_parameter(result, column, upright=True), *truth_of_parameter(result, row, upright=False)]
     point = [Points(np.array([levels[0].at]), np.array([levels[1].at]), TRUTH)] if len(levels) == 2 else []
@@ -124,7 +124,7 @@ def centres(groups: Sequence[Group | Mode], row: int, column: int) -> tuple[Poin
     return (Points(x, y, CENTRE, "centre of a group", notes=tuple(f"centre of a group with {100 * group.share:.0f} % of the weight" for group in groups)),)
 
 
-def _histogram(result: Result, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
+def _histogram(result: Record, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
     heights, edges = np.histogram(iteration.samples.theta[:, k], bins=_BINS, range=axis.limits, weights=iteration.final_weights)
     return (Bars(edges, heights, _WEIGHTED), *ends(result.space, k, axis, upright=True), *truth_of_parameter(result, k, upright=True))
 

@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Candidate, Experiment, Result
+from graincal.campaign import Experiment
+from graincal.campaign.found.record import Candidate, Record
 from graincal.data import Failure, Response
+from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
+from graincal.drawing.palette import BEST, PREDICTED, REFERENCE
 from graincal.models import TriaxialTest
 from graincal.notation import numbers
 from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, as_samples
-from graincal.report.drawing import Axis, Figure, Line, Panel, Points
-from graincal.report.palette import BEST, PREDICTED, REFERENCE
 from graincal.report.responses import NOT_FITTED, control_axis
 
 LONGEST = 120.0
@@ -40,7 +41,7 @@ class Prediction:
     missing: str = ""
 
 
-def predict_response(result: Result, factor: float | None) -> Prediction | None:
+def predict_response(result: Record, factor: float | None) -> Prediction | None:
     """Simulate the most probable sample once, at `factor` times the confining pressure, in the triaxial experiment of the highest pressure.
 
     None without a factor or a triaxial experiment. It is one simulation, and none where the same sample took longer than LONGEST.
@@ -63,12 +64,12 @@ def predict_response(result: Result, factor: float | None) -> Prediction | None:
     return Prediction(experiment, test, candidate, calibrated, None, f"It could not be simulated: {outcome.reason}")
 
 
-def _simulate(result: Result, test: TriaxialTest, candidate: Candidate, experiment: Experiment) -> Response | Failure:
+def _simulate(result: Record, test: TriaxialTest, candidate: Candidate, experiment: Experiment) -> Response | Failure:
     [(_, outcome)] = test.evaluate(as_samples(result, candidate, experiment), experiment.reference.control, workers=1)
     return outcome
 
 
-def _kept(result: Result, name: str, simulate: Callable[[], Response | Failure]) -> Response | Failure:
+def _kept(result: Record, name: str, simulate: Callable[[], Response | Failure]) -> Response | Failure:
     """What is simulated, kept with what the last look found, so that another report does not run it again."""
     if not result.has_posterior or result.found is None:
         return simulate()

@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from graincal.campaign import Experiment, Result
+from graincal.campaign import Experiment
+from graincal.campaign.found.findings import MOST
+from graincal.campaign.found.record import Record
+from graincal.drawing.figure import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
+from graincal.drawing.palette import BAND, BEST, MEAN, MOST_PROBABLE, RECORDED, REFERENCE, Style, distinct
 from graincal.inference.sampling.posterior import PROBABILITY, Posterior
 from graincal.notation.numbers import percent
 from graincal.notation.quantities import quantity
 from graincal.positions import legs
 from graincal.report.answer import answer_of, errors_of, recorded_errors_of
-from graincal.report.drawing import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
-from graincal.report.findings import MOST
-from graincal.report.palette import BAND, BEST, MEAN, MOST_PROBABLE, RECORDED, REFERENCE, Style, distinct
 
 NOT_FITTED = ", not fitted"
 UNSEEN = "What is not fitted was measured in the same test, and the calibration did not see it."
@@ -22,7 +23,7 @@ _ANISOTROPIES = ("a_c", "a_n", "a_t")
 _COORDINATION = distinct(len(_ANISOTROPIES))
 
 
-def draw_responses(result: Result) -> Figure | None:
+def draw_responses(result: Record) -> Figure | None:
     """Reference, best and most probable response of each observable of each experiment, and of what was recorded beside them, with the band of the weighted responses."""
     best, most_probable = result.best, result.most_probable
     if best is None:
@@ -42,7 +43,7 @@ def draw_responses(result: Result) -> Figure | None:
     return Figure("responses", title, caption, panels, columns=side_by_side(result))
 
 
-def side_by_side(result: Result) -> int:
+def side_by_side(result: Record) -> int:
     """How many panels of responses: a row for each experiment, where it has two or three."""
     measured = {len(experiment.reference.measured) for experiment in result.experiments}
     return measured.pop() if measured in ({2}, {3}) else 3
@@ -54,7 +55,7 @@ def measured_points(experiment: Experiment, name: str, x: Array) -> Points:
     return Points(x, experiment.reference.measured[name] * quantity(name).scale, style, words)
 
 
-def draw_fabric(result: Result) -> Figure | None:
+def draw_fabric(result: Record) -> Figure | None:
     """Coordination number and anisotropies of the answer's or else of the best response, where the model returns them."""
     panels = [panel for experiment in result.experiments if result.best for panel in _fabric_panels(result, experiment)]
     if not panels:
@@ -85,7 +86,7 @@ def bands(x: Array, low: Array, high: Array, style: Style, name: str) -> list[Ma
     return [Band(x[leg], low[leg], high[leg], style, name) for leg in legs(x)]
 
 
-def _panels(result: Result, number: int) -> list[Panel]:
+def _panels(result: Record, number: int) -> list[Panel]:
     experiment = result.experiments[number]
     answer, recorded = answer_of(result), experiment.reference.recorded
     errors = {**errors_of(result, answer)[number], **recorded_errors_of(result, answer)[number]}
@@ -99,7 +100,7 @@ def _panels(result: Result, number: int) -> list[Panel]:
     return panels
 
 
-def _weighted_and_candidates(result: Result, number: int) -> dict[str, list[Mark]]:
+def _weighted_and_candidates(result: Record, number: int) -> dict[str, list[Mark]]:
     """By observable: the band and the mean of the weighted responses, the best and the most probable one."""
     experiment = result.experiments[number]
     names = tuple(experiment.reference.measured)
@@ -132,7 +133,7 @@ def _of_whole_curves(posterior: Posterior, curves: Array) -> Posterior | None:
     return replace(posterior, weights=weights / weights.sum()) if weights.any() else None
 
 
-def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:
+def _fabric_panels(result: Record, experiment: Experiment) -> list[Panel]:
     mean = result.mean_response(result.answer, experiment.name) if result.answer else None
     response = mean or result.response(result.best.sample, experiment.name)
     values, (axis, _) = response.values, control_axis(experiment)
@@ -147,6 +148,6 @@ def _fabric_panels(result: Result, experiment: Experiment) -> list[Panel]:
     return panels
 
 
-def prefix(result: Result, experiment: Experiment) -> str:
+def prefix(result: Record, experiment: Experiment) -> str:
     """The experiment's name before a panel's title, where there are several."""
     return f"{experiment.name}: " if len(result.experiments) > 1 else ""

@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from scipy.stats import ks_2samp
 
-from graincal.campaign import Result
+from graincal.campaign.found.record import Record
 from graincal.data import Failure, Response
+from graincal.drawing.figure import Axis, Bars, Figure, Panel, Points, counting_axis, log_axis
+from graincal.drawing.palette import BLUE, GREY, Style, distinct
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters
-from graincal.report.drawing import Axis, Bars, Figure, Panel, Points, counting_axis, log_axis
-from graincal.report.palette import BLUE, GREY, Style, distinct
 
 _SYMBOLS: tuple[Literal["circle", "diamond", "square"], ...] = ("circle", "diamond", "square")
 _CHANCE = 0.01
@@ -31,7 +31,7 @@ class FailureKind:
     example: str
 
 
-def failure_kinds(result: Result) -> tuple[FailureKind, ...]:
+def failure_kinds(result: Record) -> tuple[FailureKind, ...]:
     """The failures by experiment and kind, the most frequent first."""
     numbers_of: Counter[tuple[str, str]] = Counter()
     examples: dict[tuple[str, str], str] = {}
@@ -45,7 +45,7 @@ def failure_kinds(result: Result) -> tuple[FailureKind, ...]:
     return tuple(FailureKind(*key, number, examples[key]) for key, number in numbers_of.most_common())
 
 
-def where_failed(result: Result) -> str:
+def where_failed(result: Record) -> str:
     """A sentence on the parameters that set the failures apart from the other samples (by the test of Kolmogorov and Smirnov)."""
     usable = ~result.failed
     if not usable.any() or not result.failures:
@@ -62,7 +62,7 @@ def _middle(values: np.ndarray) -> str:
     return numbers.between(*np.quantile(values, [0.05, 0.95]))
 
 
-def time_sentence(result: Result) -> str:
+def time_sentence(result: Record) -> str:
     """What the evaluations took, in a sentence; empty where no times are known."""
     seconds = result.seconds[np.isfinite(result.seconds)]
     if not seconds.size:
@@ -73,7 +73,7 @@ def time_sentence(result: Result) -> str:
     )
 
 
-def stopped_sentence(result: Result) -> str:
+def stopped_sentence(result: Record) -> str:
     """How many runs were stopped early, how far they had come, and what they hold of the posterior, in a sentence; empty where none was."""
     if not result.stopped.any():
         return ""
@@ -91,7 +91,7 @@ def stopped_sentence(result: Result) -> str:
     )
 
 
-def draw_run_times(result: Result) -> Figure | None:
+def draw_run_times(result: Record) -> Figure | None:
     """The run time of each evaluation by iteration, and how many failed."""
     panels = []
     times = time_sentence(result)
@@ -104,7 +104,7 @@ def draw_run_times(result: Result) -> Figure | None:
     return Figure("run_times", f"{numbers.count(result.evaluations, 'sample')} evaluated, {result.failures or 'none'} failed.", times, tuple(panels), columns=2)
 
 
-def _times(result: Result) -> Panel:
+def _times(result: Record) -> Panel:
     several = len(result.experiments) > 1
     # Spread within an iteration in the order asked, so that points do not hide each other.
     x = result.iteration + 0.7 * (_rank_within(result.iteration) - 0.5)
@@ -117,7 +117,7 @@ def _times(result: Result) -> Panel:
     return Panel("Run time of each evaluation", _by_iteration(result), log_axis("run time [s]", result.seconds[np.isfinite(result.seconds)]), tuple(marks))
 
 
-def _counts(result: Result) -> Panel:
+def _counts(result: Record) -> Panel:
     edges = np.arange(len(result.iterations) + 1) - 0.5
     failed = np.array([iteration.failed.sum() for iteration in result.iterations], dtype=np.float64)
     usable = np.array([len(iteration.failed) for iteration in result.iterations], dtype=np.float64) - failed
@@ -125,7 +125,7 @@ def _counts(result: Result) -> Panel:
     return Panel("Evaluations that failed", _by_iteration(result), Axis("samples"), marks)
 
 
-def _by_iteration(result: Result) -> Axis:
+def _by_iteration(result: Record) -> Axis:
     return counting_axis("batch" if result.has_posterior else "iteration", 0, len(result.iterations) - 1, margin=0.6)
 
 

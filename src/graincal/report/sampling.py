@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from graincal.campaign import Result
+from graincal.campaign.found.record import Record
+from graincal.drawing.figure import Array, Axis, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
+from graincal.drawing.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
 from graincal.inference import Iteration, Stop
+from graincal.inference.iterative.close_fits import close_fits
 from graincal.notation.numbers import count, percent, value
 from graincal.notation.quantities import parameters
 from graincal.report.answer import answer_of
-from graincal.report.close_fits import close_fits
-from graincal.report.drawing import Array, Axis, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
-from graincal.report.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
 
 _COLOURS = 12
 """As many as can be told apart; where there are more iterations, neighbours share one."""
 
 
-def draw_samples(result: Result) -> Figure | None:
+def draw_samples(result: Record) -> Figure | None:
     """Error against each parameter for every sample, coloured by iteration, over the whole of the ranges."""
     if result.best is None:
         return None
@@ -64,7 +64,7 @@ def draw_samples(result: Result) -> Figure | None:
     )
 
 
-def draw_convergence(result: Result) -> Figure | None:
+def draw_convergence(result: Record) -> Figure | None:
     """GL error, error of the most probable sample, s and effective sample size by iteration; None for a single iteration."""
     if len(result.iterations) < 2:
         return None

@@ -8,18 +8,20 @@ from datetime import datetime, timezone
 
 import numpy as np
 
-from graincal.campaign import Calibration, Experiment, Result
+from graincal.campaign import Calibration, Experiment
 from graincal.campaign.asked.calibration import CRITERIA
 from graincal.campaign.asked.errors import describe_errors
+from graincal.campaign.found.emulated import Emulated
+from graincal.campaign.found.findings import Finding
+from graincal.campaign.found.record import Record
 from graincal.campaign.found.trust import has_settled
 from graincal.inference import PosteriorFilter
+from graincal.inference.sampling.groups import find_groups
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import StressPathTest
+from graincal.models.contact_laws import DEFAULT_LAW
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
-from graincal.report.emulated import Emulated
-from graincal.report.findings import Finding
-from graincal.report.groups import find_groups
 from graincal.report.run_times import failure_kinds
 
 
@@ -32,7 +34,7 @@ class Table:
     figures: int = 1
 
 
-def of_parameters(result: Result, findings: tuple[Finding, ...]) -> Table:
+def of_parameters(result: Record, findings: tuple[Finding, ...]) -> Table:
     """Each parameter: range, truth where one is known, values that fit about as well, moments, interval, the best and the most probable value."""
     head = ["parameter", "range"] + (["truth"] if result.truth else [])
     if findings:
@@ -54,7 +56,7 @@ def of_parameters(result: Result, findings: tuple[Finding, ...]) -> Table:
     return Table(tuple(head), tuple(rows))
 
 
-def of_groups(result: Result) -> Table | None:
+def of_groups(result: Record) -> Table | None:
     """The separate groups that carry the weight: their shares and centres; None for a single one."""
     groups = find_groups(result.space, result.posterior) if result.posterior else ()
     rows = [(f"{100 * group.share:.0f} %", *(numbers.value(value) for value in group.centre)) for group in groups]
@@ -62,7 +64,7 @@ def of_groups(result: Result) -> Table | None:
     return Table(head, tuple(rows), figures=0) if rows else None
 
 
-def of_iterations(result: Result) -> Table:
+def of_iterations(result: Record) -> Table:
     """Each iteration: samples, failures, s, effective sample size, errors."""
     head = ("iteration", "samples", "failed", "s", "s / states", "effective part", "ε_{GL} [%]", "ε of the most probable [%]")
     rows = []
@@ -72,7 +74,7 @@ def of_iterations(result: Result) -> Table:
     return Table(head, tuple(rows), figures=0)
 
 
-def of_batches(result: Result) -> Table:
+def of_batches(result: Record) -> Table:
     """Each batch of the method "posterior": samples, failures, those that were stopped where some were, and what was learnt."""
     some = result.stopped.any()
     head = ("batch", "runs", "failed", *(["stopped early"] if some else []), "shift [sd]", "held-out error [%]", "coverage [%]", "log evidence", "effective runs", "best ε [%]")
@@ -141,14 +143,14 @@ def of_modes(emulated: Emulated) -> Table | None:
     return Table(head, tuple(rows), figures=0) if rows else None
 
 
-def of_failures(result: Result) -> Table | None:
+def of_failures(result: Record) -> Table | None:
     """Failures by experiment and kind; None without."""
     kinds = failure_kinds(result)
     rows = tuple((each.experiment, each.kind, str(each.number), each.example) for each in kinds)
     return Table(("experiment", "kind", "evaluations", "for example"), rows, figures=4) if rows else None
 
 
-def of_experiments(result: Result) -> Table:
+def of_experiments(result: Record) -> Table:
     """What was compared with what."""
     rows = [(experiment.name, _model(experiment), _observables(experiment), " ".join(experiment.reference.notes)) for experiment in result.experiments]
     head = ("experiment", "model", "observables, and their shares of the variance", "notes on the reference")
@@ -161,7 +163,7 @@ def of_experiments(result: Result) -> Table:
     return Table(head, tuple(rows), figures=len(head))
 
 
-def of_provenance(result: Result) -> Table:
+def of_provenance(result: Record) -> Table:
     """What the result was computed with."""
     calibration = result.calibration
     settings = _settings(calibration)
@@ -209,7 +211,7 @@ def _settings(calibration: Calibration) -> dict[str, str]:
     }
 
 
-def origin(result: Result) -> str:
+def origin(result: Record) -> str:
     """When and by what the calibration was begun, in a sentence."""
     return f"Calibrated with graincal {result.provenance['graincal']}, begun {_moment(result.started)}."
 
@@ -221,7 +223,7 @@ def _model(experiment: Experiment) -> str:
         return (
             f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
             f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.packing.void_ratio:.3f}, {model.density_in_words}"
-            + ("" if model.law == "linear" else f", contact law {model.law}")
+            + ("" if model.law == DEFAULT_LAW else f", contact law {model.law}")
             + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
             + (f", {model.turns_in_words}" if model.turns_in_words else "")

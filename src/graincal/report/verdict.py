@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from graincal.campaign import Result
+from graincal.campaign.found.emulated import Emulated
+from graincal.campaign.found.findings import FEW
+from graincal.campaign.found.record import Record
 from graincal.campaign.found.remark import CODES, Remark
 from graincal.campaign.found.remarks import IDENTIFIED, RIDGE, WEAKLY, WORDS, code_of, remarks
 from graincal.inference.posterior.likely_runs import WITHIN, LikelyRuns
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
-from graincal.report.emulated import Emulated
-from graincal.report.findings import FEW
 
 _HEADINGS = {
     "Caution": ("preliminary", "mostly-unsure"),
@@ -37,7 +37,7 @@ def verdicts(emulated: Emulated) -> tuple[str, ...]:
     return tuple(WORDS[code_of(emulated.result, part)] for part in emulated.shrinkage)
 
 
-def found(result: Result, emulated: Emulated | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def found(result: Record, emulated: Emulated | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
     return under_headings(remarks(result, emulated and emulated.known), _evidence(emulated) if emulated else "")
 
@@ -109,7 +109,7 @@ def _of_runs(emulated: Emulated) -> str:
     return f"By the weights of the runs, worth {carried:.0f} of equal weight, log p(reference) is {emulation.log_evidence_of_runs:.2f}, and means are at most {apart:.2g} sd from the posterior's. "
 
 
-def _before(result: Result) -> str:
+def _before(result: Record) -> str:
     """What the evidence was two batches earlier, which says more of how well it is known than its deviation while it rises."""
     earlier = result.learnt[-3].log_evidence if len(result.learnt) > 2 else np.nan
     return f"Two batches earlier it was {earlier:.2f}. " if np.isfinite(earlier) else ""

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from graincal.campaign import Candidate, Result
+from graincal.campaign.found.emulated import Emulated
+from graincal.campaign.found.findings import FEW, Finding, effective_samples, find, legend, trade_offs
+from graincal.campaign.found.record import Candidate, Record
 from graincal.campaign.found.recorded import in_words, recorded_of_answer
 from graincal.inference import sample_size_advice
+from graincal.inference.iterative.close_fits import close_fits
+from graincal.inference.sampling.groups import find_groups
 from graincal.notation import numbers
 from graincal.notation.markup import to_plain
 from graincal.notation.quantities import parameters, quantity
 from graincal.report import verdict
 from graincal.report.answer import errors_of
-from graincal.report.close_fits import close_fits
-from graincal.report.emulated import Emulated
-from graincal.report.findings import FEW, Finding, effective_samples, find, legend, trade_offs
-from graincal.report.groups import find_groups
 
 
-def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def found(result: Record, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
     said = []
     if findings:
@@ -31,7 +31,7 @@ def found(result: Result, findings: Sequence[Finding]) -> tuple[tuple[str, tuple
     return (*said, ("Fit", (" ".join(fit(result)),)), *recorded, ("Grade", (" ".join(grade(result)),)), ("End", (" ".join(ending(result)),)))
 
 
-def summarise(result: Result) -> str:
+def summarise(result: Record) -> str:
     """What was found, in plain lines for a terminal."""
     if result.has_posterior:
         said = verdict.found(result, Emulated.of(result))
@@ -40,7 +40,7 @@ def summarise(result: Result) -> str:
     return "\n".join(to_plain(text) for _, paragraphs in said for text in paragraphs)
 
 
-def groups(result: Result) -> str:
+def groups(result: Record) -> str:
     """The separate groups of parameter values that carry the weight; empty for a single one."""
     found = find_groups(result.space, result.posterior)
     if not found:
@@ -57,7 +57,7 @@ def groups(result: Result) -> str:
     )
 
 
-def fit(result: Result) -> tuple[str, ...]:
+def fit(result: Record) -> tuple[str, ...]:
     """How close the responses come to the reference."""
     best, answer = result.best, result.most_probable
     if best is None:
@@ -73,12 +73,12 @@ def fit(result: Result) -> tuple[str, ...]:
     return tuple(said)
 
 
-def grade(result: Result) -> tuple[str, ...]:
+def grade(result: Record) -> tuple[str, ...]:
     """The grade, and why."""
     return (f"{result.grade.word[0].upper()}{result.grade.word[1:]}.", *result.grade.reasons)
 
 
-def ending(result: Result) -> tuple[str, ...]:
+def ending(result: Record) -> tuple[str, ...]:
     """What stopped the calibration, or that nothing has yet."""
     done = numbers.count(len(result.iterations), "iteration")
     if result.stopped_because is None:
@@ -90,7 +90,7 @@ def ending(result: Result) -> tuple[str, ...]:
     return tuple(said)
 
 
-def cautions(result: Result) -> tuple[str, ...]:
+def cautions(result: Record) -> tuple[str, ...]:
     """What the spreads of this method mean, and what else to know before trusting them."""
     if result.posterior is None:
         return ()
@@ -120,7 +120,7 @@ def _name(candidate: Candidate) -> str:
     return f"sample {candidate.sample}, iteration {candidate.iteration}"
 
 
-def _by_observable(result: Result, candidate: Candidate) -> str:
+def _by_observable(result: Record, candidate: Candidate) -> str:
     """The errors (Eq. 5) of a candidate in each observable of each experiment, as a list."""
     parts = []
     for experiment, errors in zip(result.experiments, errors_of(result, candidate)):

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from graincal.campaign import FolderError, Result
-from graincal.report import with_matplotlib
+from graincal.campaign import FolderError
+from graincal.campaign.found.record import Record
+from graincal.drawing import with_matplotlib
 from graincal.report.contents import compose, figures
 from graincal.report.prediction import predict_response
 
@@ -16,7 +17,7 @@ PREDICTED = 2.0
 """The confining pressure of the prediction, as a multiple of the calibration's."""
 
 
-def write_report(result: Result, path: str | Path, *, predict: float | None = PREDICTED) -> Path:
+def write_report(result: Record, path: str | Path, *, predict: float | None = PREDICTED) -> Path:
     """Write what was found as one HTML file, readable without a network, and return its path. A file that is there is replaced once all is written.
 
     predict: simulate the most probable sample once more at so many times the confining pressure, in the triaxial experiment of the highest one; it
@@ -38,7 +39,7 @@ def write_report(result: Result, path: str | Path, *, predict: float | None = PR
     return path
 
 
-def write_figures(result: Result, folder: str | Path, formats: Sequence[str] = ("png", "pdf"), *, predict: float | None = PREDICTED) -> list[Path]:
+def write_figures(result: Record, folder: str | Path, formats: Sequence[str] = ("png", "pdf"), *, predict: float | None = PREDICTED) -> list[Path]:
     """Write the report's figures by Matplotlib, to print, and return the files' paths: `responses.png`, `responses.pdf`, ...
 
     formats: those that Matplotlib writes. predict: as in `write_report`.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Result
+from graincal.result import Result
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Reference, Response
+from graincal.drawing.figure import Axis, Figure, Line, Mark, Panel, Points, counting_axis
+from graincal.drawing.palette import REFERENCE, distinct
 from graincal.notation.quantities import quantity
-from graincal.report.drawing import Axis, Figure, Line, Mark, Panel, Points, counting_axis
-from graincal.report.palette import REFERENCE, distinct
 from graincal.studies.settings import OBSERVABLES
 
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from graincal.campaign import Result
-from graincal.report.drawing import Axis, Figure, Line, Panel, counting_axis
-from graincal.report.palette import distinct
+from graincal.drawing.figure import Axis, Figure, Line, Panel, counting_axis
+from graincal.drawing.palette import distinct
+from graincal.result import Result
 from graincal.studies.common import at_truth, floor_on_synthetic, proof
 from graincal.studies.floors import ERROR, STRAIN, STRESS
 from graincal.studies.found import Fit, fit_in, rows

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from graincal.data import Response
+from graincal.drawing.figure import Figure
 from graincal.notation.quantities import quantity
-from graincal.report.drawing import Figure
 from graincal.studies.common import at_truth, proof_by_posterior, runs_at
 from graincal.studies.curves import difference
 from graincal.studies.floors import FABRIC, STRAIN, STRAINS, STRESS, at, fabric_errors, floor_of, mean_run

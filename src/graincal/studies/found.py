@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Result
 from graincal.data import Response
 from graincal.inference.driving.iteration import Iteration
 from graincal.notation.quantities import parameters
+from graincal.result import Result
 from graincal.studies import paper
 from graincal.studies.floors import ERROR, ERROR_OF, STRAIN, STRESS
 from graincal.studies.judging import EXACT, Elsewhere, Values

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from graincal.data import Reference
-from graincal.report.drawing import Axis, Figure, Line, Panel, Points
-from graincal.report.palette import REFERENCE, distinct
+from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
+from graincal.drawing.palette import REFERENCE, distinct
 from graincal.studies import forecast, paper
 from graincal.studies.common import at_toyoura
 from graincal.studies.curves import over_iterations, over_strain

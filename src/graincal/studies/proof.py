@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from graincal.campaign import Result
 from graincal.data import Reference
+from graincal.drawing.figure import Figure
 from graincal.notation import numbers
-from graincal.report.drawing import Figure
+from graincal.result import Result
 from graincal.studies import paper
 from graincal.studies.common import at_truth, floor_on_synthetic, proof, proof_by_posterior
 from graincal.studies.curves import over_iterations, over_strain

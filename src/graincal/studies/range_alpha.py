@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graincal.campaign import Result
 from graincal.data import Reference
-from graincal.report.drawing import Axis, Figure, Panel, Points
-from graincal.report.palette import GREEN, ORANGE, VERMILLION, Style
+from graincal.drawing.figure import Axis, Figure, Panel, Points
+from graincal.drawing.palette import GREEN, ORANGE, VERMILLION, Style
+from graincal.result import Result
 from graincal.studies import paper
 from graincal.studies.common import at_truth, floor_on_synthetic, on_synthetic, on_synthetic_by_posterior, proof
 from graincal.studies.curves import over_iterations, over_strain

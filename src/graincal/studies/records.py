@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from graincal.report.drawing import Figure
+from graincal.drawing.figure import Figure
 from graincal.studies.judging import Judgement
 
 

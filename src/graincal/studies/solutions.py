@@ -8,13 +8,13 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Result
 from graincal.data import Reference
+from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
+from graincal.drawing.palette import REFERENCE, Style, sequence
 from graincal.inference.driving.iteration import Iteration
 from graincal.inference.sampling.posterior import Posterior
 from graincal.notation.quantities import quantity
-from graincal.report.drawing import Axis, Figure, Line, Panel, Points
-from graincal.report.palette import REFERENCE, Style, sequence
+from graincal.result import Result
 from graincal.studies import paper
 from graincal.studies.common import PRESSURE
 from graincal.studies.found import ITERATIONS, fits, parameter_labels, parameter_names, rows
@@ -173,7 +173,7 @@ def _bent(result: Result) -> float:
 
 def _groups(result: Result) -> float:
     """One where no separate groups can be told."""
-    from graincal.report.groups import find_groups
+    from graincal.inference.sampling.groups import find_groups
 
     samples = result.iterations[ITERATION].samples.theta
     return float(max(1, len(find_groups(result.space, Posterior(paper.PARAMETERS, samples, np.full(len(samples), 1 / len(samples)))))))

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from graincal.campaign.found.prediction import draw
 from graincal.data import InputError, Reference, Response
+from graincal.drawing.figure import Figure
 from graincal.notation.quantities import quantity
-from graincal.report.drawing import Figure
 from graincal.studies.bands import ratio_of_widths, width
 from graincal.studies.common import at_truth, floor_on_synthetic, needs_synthetic, on_synthetic, on_synthetic_by_posterior, proof, runs_after
 from graincal.studies.curves import difference, over_strain

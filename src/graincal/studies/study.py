@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from graincal.campaign import Calibration, Result
+from graincal.campaign import Calibration
 from graincal.data import Response
+from graincal.result import Result
 from graincal.studies.records import Findings
 from graincal.studies.settings import Setup
 from graincal.studies.work import Calibrating, Running, Work

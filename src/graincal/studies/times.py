@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.report.drawing import Axis, Bars, Figure, Line, Mark, Panel
-from graincal.report.palette import BAND, distinct
+from graincal.drawing.figure import Axis, Bars, Figure, Line, Mark, Panel
+from graincal.drawing.palette import BAND, distinct
 from graincal.studies.common import at_truth
 from graincal.studies.costs import Costs, largest
 from graincal.studies.curves import iterations

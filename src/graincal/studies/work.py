@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.campaign import Calibration, Experiment, Listener, Result
+from graincal.campaign import Calibration, Experiment, Listener
 from graincal.campaign.asked.experiment import no_reference
 from graincal.campaign.found.run_library import Library
 from graincal.campaign.found.runs import known_runs
@@ -23,6 +23,7 @@ from graincal.campaign.stored.store import SPENT, Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Response
 from graincal.inference.sampling.samples import replicates
 from graincal.models import TriaxialTest
+from graincal.result import Result
 from graincal.studies.settings import OBSERVABLES, TEST
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
-from graincal.report.with_matplotlib import save
+from graincal.drawing.with_matplotlib import save
 from graincal.studies.page import render
 from graincal.studies.records import Findings, Table
 from graincal.studies.settings import ITERATIVE, Setup

@@ -23,7 +23,7 @@ from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.posterior.knowledge import Knowledge
 from graincal.laboratory.vocabulary import did_you_mean_observable
 from graincal.models import Model, StressPathTest
-from graincal.models.contact_parameters import check_ranges, check_units
+from graincal.models.contact_laws import check_ranges, check_units
 from graincal.notation.printable import MOST, is_printable, printable
 from graincal.suggestion import did_you_mean
 
@@ -244,7 +244,7 @@ class Calibration:
                 raise InputError(
                     f'experiment "{experiment.name}": {model.name_with_article} is driven by {model.control}, and its reference\'s control is {control}.'
                 )
-            check_units(space)
+            check_units(space, model.law)
             check_ranges(space, model.law)
         try:
             check_observables(model, tuple(experiment.reference.measured))

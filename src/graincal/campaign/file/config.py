@@ -17,13 +17,13 @@ from graincal.campaign.file.options import FilterSection, RunSection, StopSectio
 from graincal.campaign.file.parameters import Parameter
 from graincal.campaign.file.questions import open_questions
 from graincal.campaign.file.section import Section, sentences
-from graincal.campaign.file.toml import NotTOML, read_toml
 from graincal.campaign.file.values import from_root
 from graincal.campaign.found.first_look import read_first_look
 from graincal.campaign.found.runs import known_runs
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.files import check_name, is_unicode, unreadable
 from graincal.inference import METHODS, Stop
+from graincal.notation.toml import NotTOML, read_toml
 
 
 class CalibrationFile(Section):

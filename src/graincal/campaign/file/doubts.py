@@ -21,7 +21,7 @@ from graincal.inference.posterior.posterior_filter import GROWTH
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.models import StressPathTest
-from graincal.models.contact_parameters import unusual_parameters
+from graincal.models.contact_laws import unusual_parameters
 from graincal.models.stress_path import unusual
 
 TURNED = 0.03

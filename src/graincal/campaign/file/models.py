@@ -15,6 +15,7 @@ from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
 from graincal.models import TESTS, Model, PythonModel, StressPathTest
 from graincal.models.compression import CompressionTest
+from graincal.models.contact_laws import LAWS
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.python import LONGEST_TIMEOUT
 from graincal.models.rests import RESTS_EVERY
@@ -48,7 +49,7 @@ class StressPathModel(ModelSection):
     inertia_factor: Positive = Field(Economy.inertia_factor, description="a number above 0")
     settling_damping: float = Field(Economy.settling_damping, gt=0, lt=1, description="a number between 0 and 1")
     strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
-    law: Literal["linear", "hertz-mindlin"] = Field(StressPathTest.law, description='"linear" or "hertz-mindlin"')
+    law: Literal[tuple(LAWS)] = Field(StressPathTest.law, description=" or ".join(f'"{law}"' for law in LAWS))
     packing: FileName | list[FileName] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from graincal.campaign.file.section import place
-from graincal.campaign.file.toml import NotTOML, read_toml
 from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.laboratory.units import UNITS
+from graincal.notation.toml import NotTOML, read_toml
 
 Proposed = Callable[[dict[str, Any], tuple[str | int, ...]], Any]
 """What a laboratory file says to a question: of the entry of its experiment, as TOML has it, and the keys on the way from there; None for nothing."""

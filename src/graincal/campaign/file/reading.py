@@ -6,8 +6,8 @@ from pydantic import ValidationError
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.file.experiments import ReferenceFile
-from graincal.campaign.file.toml import NotTOML, read_toml
 from graincal.laboratory.another_file import Before
+from graincal.notation.toml import NotTOML, read_toml
 
 
 def read_before(calibration: Calibration, experiment: str) -> Before | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from graincal.campaign.asked.calibration import POSTERIOR
 from graincal.campaign.asked.description import describe
-from graincal.campaign.found.result import Result
+from graincal.campaign.found.record import Record
 from graincal.data import InputError
 from graincal.inference.likelihood.scoring import Score
 
@@ -33,7 +33,7 @@ class Contender:
         return best.log_evidence - 2 * best.log_evidence_std < self.log_evidence + math.log(20)
 
 
-def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = None) -> list[Contender]:
+def compare(results: Mapping[str, Record], scores: Mapping[str, Score] | None = None) -> list[Contender]:
     """The campaigns by name, the best first: by the log score of a held-out test where `scores` has one for each, else by log evidence.
 
     An evidence depends on the ranges of the parameters: the wider they are for nothing, the smaller it is. A prediction does not.
@@ -54,7 +54,7 @@ def compare(results: Mapping[str, Result], scores: Mapping[str, Score] | None = 
     return sorted(contenders, key=lambda each: -(each.score.log_score if each.score else each.log_evidence))
 
 
-def _refuse_different_data(results: Mapping[str, Result]) -> None:
+def _refuse_different_data(results: Mapping[str, Record]) -> None:
     (first, reference), *others = ((name, _data(result)) for name, result in results.items())
     for name, data in others:
         for key, value in data.items():
@@ -62,7 +62,7 @@ def _refuse_different_data(results: Mapping[str, Result]) -> None:
                 raise InputError(f"{name} and {first} differ in {key}, so that they cannot be compared: the same references and errors were expected.")
 
 
-def _data(result: Result) -> dict[str, object]:
+def _data(result: Record) -> dict[str, object]:
     """What a likelihood is of: the references, without their notes and what is not fitted, and what is assumed of their errors."""
     experiments: Sequence[Mapping] = describe(result.calibration)["experiments"]
     references = [{key: value for key, value in each["reference"].items() if key not in ("notes", "variance_shares", "recorded")} for each in experiments]

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from graincal.campaign.asked.file_names import file_name
-from graincal.campaign.found.result import Result
+from graincal.campaign.found.record import Record
 from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import Failure, InputError, Response
 from graincal.notation.printable import printable_json
 
 
-def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[Path]:
+def export_csv(result: Record, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write tables and return their paths.
 
     samples.csv: each sample with its parameters, errors in percent, those of what was recorded and not fitted too, final weight within its iteration, why it failed, and whether it was stopped early.
@@ -51,7 +51,7 @@ def export_csv(result: Result, folder: Path, *, replace: bool = False) -> list[P
     return _write(folder, {name: _as_csv(columns, rows) for name, (columns, rows) in tables.items()}, replace)
 
 
-def export_json(result: Result, folder: Path, *, replace: bool = False) -> list[Path]:
+def export_json(result: Record, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write campaign.json: what was asked, what was found, and every sample with its responses; numbers that do not exist are null.
 
     Raises InputError for a file that is there already, unless it is to be replaced.
@@ -100,7 +100,7 @@ def export_json(result: Result, folder: Path, *, replace: bool = False) -> list[
     return _write(folder, {"campaign.json": printable_json(_plain(document))}, replace)
 
 
-def _reasons(result: Result) -> list[str]:
+def _reasons(result: Record) -> list[str]:
     """Why each sample failed, "" where it did not."""
     reasons = []
     for id, failed in zip(result.ids, result.failed):
@@ -109,7 +109,7 @@ def _reasons(result: Result) -> list[str]:
     return reasons
 
 
-def _responses(result: Result, experiment: str, control: str) -> tuple[list[str], list[list[Any]]]:
+def _responses(result: Record, experiment: str, control: str) -> tuple[list[str], list[list[Any]]]:
     columns: dict[str, None] = {}
     rows = []
     for id in result.ids:
@@ -122,7 +122,7 @@ def _responses(result: Result, experiment: str, control: str) -> tuple[list[str]
     return ["sample", *columns], table
 
 
-def _curves(result: Result, id: int) -> dict[str, Any]:
+def _curves(result: Record, id: int) -> dict[str, Any]:
     curves = {}
     for experiment in result.experiments:
         outcome = result.response(id, experiment.name)

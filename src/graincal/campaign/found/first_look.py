@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from graincal.campaign.asked.calibration import Calibration
-from graincal.campaign.found.result import Result
+from graincal.campaign.found.record import Record
 from graincal.data import InputError, Response
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.interpolation import span
 
 
-def first_look_of(result: Result, calibration: Calibration, named: str) -> FirstLook:
+def first_look_of(result: Record, calibration: Calibration, named: str) -> FirstLook:
     """The evaluations of a campaign that have responses in every experiment. named: how the campaign is called in a mistake.
 
     Raises InputError for a campaign of other parameters or experiments than the calibration's: both by their names, and experiments by their observables,
@@ -52,7 +52,7 @@ def first_look_of(result: Result, calibration: Calibration, named: str) -> First
 def read_first_look(folder: Path, calibration: Calibration) -> FirstLook:
     """That of the campaign in a folder."""
     try:
-        result = Result.read(folder)
+        result = Record.read(folder)
     except InputError as error:
         raise InputError(f"filter.first_look: {error}") from error
     return first_look_of(result, calibration, f"filter.first_look: {folder}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graincal.campaign.asked.experiment import not_finite
-from graincal.campaign.found.result import Result
+from graincal.campaign.found.record import Record
 from graincal.data import Failure, InputError, Reference, Response, Samples
 from graincal.execution import number_of_workers
 from graincal.inference.likelihood.scoring import Score, score
@@ -67,7 +67,7 @@ def drawn_rows(posterior: Posterior, count: int, rng: np.random.Generator) -> ND
 
 
 def predict(
-    result: Result,
+    result: Record,
     model: Model,
     at: ArrayLike,
     *,

@@ -14,7 +14,7 @@ from graincal.notation import numbers
 from graincal.notation.quantities import quantity
 
 if TYPE_CHECKING:
-    from graincal.campaign.found.result import Result
+    from graincal.campaign.found.record import Record
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class RecordedError(Repeated):
         return {"experiment": self.experiment, "observable": self.name, "of": self.of, "errors": plain[:-2], "mean": plain[-2], "spread": plain[-1]}
 
 
-def recorded_of_answer(result: Result) -> tuple[RecordedError, ...]:
+def recorded_of_answer(result: Record) -> tuple[RecordedError, ...]:
     """Of all that was recorded and not fitted: by the runs at the answer, or by the most probable sample of the paper's method; by the best sample where there is neither yet. None where all failed."""
     if not result.recorded_names:
         return ()

@@ -17,7 +17,7 @@ from graincal.notation.quantities import parameters
 from graincal.notation.words import continued, listed
 
 if TYPE_CHECKING:
-    from graincal.campaign.found.result import Answer, Result
+    from graincal.campaign.found.record import Answer, Record
 
 IDENTIFIED, WEAKLY = 0.3, 0.7
 """Posterior over prior standard deviation, below which a parameter is identified, and up to which weakly."""
@@ -45,7 +45,7 @@ class ByEmulators:
     shares: tuple[float, ...] = ()
 
 
-def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, ...]:
+def remarks(result: Record, known: ByEmulators | None = None) -> tuple[Remark, ...]:
     """Everything that is to be said of a result, in the order of a report; by other methods that problems were accepted or code was changed, and nothing else.
 
     Without what is known by emulators, all that can be told at once by what is stored; what is said then is said in the same words with it.
@@ -71,14 +71,14 @@ def remarks(result: Result, known: ByEmulators | None = None) -> tuple[Remark, .
     )
 
 
-def code_of(result: Result, shrinkage: float) -> str:
+def code_of(result: Record, shrinkage: float) -> str:
     """The code of what is said of a parameter whose posterior has so much of the prior's standard deviation: a posterior that has not settled says nothing of what is identified."""
     if not has_settled(result):
         return "interval-so-far"
     return "identified" if shrinkage < IDENTIFIED else "weakly-identified" if shrinkage <= WEAKLY else "not-identified"
 
 
-def _of_parameters(result: Result) -> list[Remark]:
+def _of_parameters(result: Record) -> list[Remark]:
     posterior, space, said = result.posterior, result.space, []
     moments = (posterior.mean(), posterior.std(), *posterior.interval(), result.shrinkage)
     for shown, name, mean, std, low, high, shrinkage in zip(parameters(space), space.names, *moments):
@@ -93,7 +93,7 @@ def _of_parameters(result: Result) -> list[Remark]:
     return said
 
 
-def _identifiability(result: Result) -> Remark:
+def _identifiability(result: Record) -> Remark:
     of_each = dict(zip(result.space.names, result.shrinkage))
     if not has_settled(result):
         return remark("identifiability-open", "Which parameters are identified cannot be said yet: only a posterior that has settled tells.", std_over_prior=of_each)
@@ -104,7 +104,7 @@ def _identifiability(result: Result) -> Remark:
     return remark("identifiability", " ".join(said), std_over_prior=of_each)
 
 
-def _ridges(result: Result) -> list[Remark]:
+def _ridges(result: Record) -> list[Remark]:
     names, labels, correlation = result.space.names, [shown.label for shown in parameters(result.space)], result.posterior.correlation()
     pairs = [(correlation[i, j], i, j) for i in range(len(labels)) for j in range(i) if abs(correlation[i, j]) > RIDGE]
     if not pairs:
@@ -115,7 +115,7 @@ def _ridges(result: Result) -> list[Remark]:
     return [remark("ridges", text, pairs=[{"parameters": [names[j], names[i]], "correlation": r} for r, i, j in pairs])]
 
 
-def _modes(result: Result, known: ByEmulators | None) -> list[Remark]:
+def _modes(result: Record, known: ByEmulators | None) -> list[Remark]:
     if known is None or not known.shares:
         return []
     shares = listed([f"{100 * share:.0f} %" for share in known.shares])
@@ -124,7 +124,7 @@ def _modes(result: Result, known: ByEmulators | None) -> list[Remark]:
     return [remark("modes", text, shares=known.shares)]
 
 
-def _fitting(result: Result, known: ByEmulators | None) -> list[Remark]:
+def _fitting(result: Record, known: ByEmulators | None) -> list[Remark]:
     """The runs that fit about as well: no emulator has a part in it, and so it holds at any moment."""
     fits = result.fits_about_as_well if known else result.learnt[-1].fits_about_as_well
     if fits is None:
@@ -141,7 +141,7 @@ def _measured_by(fits: LikelyRuns) -> str:
     return "the answer" if fits.repeated else "the most likely run"
 
 
-def _answer(result: Result, known: ByEmulators | None) -> list[Remark]:
+def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
     answer, evaluations = result.answer, result.evaluations
     theta = ", ".join(f"{shown.label} {numbers.value(value, 3)}{shown.behind}" for shown, value in zip(parameters(result.space), answer.theta))
     said = [remark("answer", f"The answer, which fits best as far as the emulator knows: {theta}.", theta=dict(zip(result.space.names, answer.theta)))]
@@ -175,7 +175,7 @@ def _answer(result: Result, known: ByEmulators | None) -> list[Remark]:
     return said
 
 
-def _recorded(result: Result) -> list[Remark]:
+def _recorded(result: Record) -> list[Remark]:
     """What was measured and not fitted, of which no emulator and no weight knows."""
     recorded = recorded_of_answer(result)
     return [remark("recorded-errors", in_words(recorded), recorded=[each.as_json() for each in recorded])] if recorded else []
@@ -185,7 +185,7 @@ def _alike(answer: Answer) -> bool:
     return bool(answer.spread <= numbers.least_spread(answer.mean))
 
 
-def _nothing(result: Result) -> Remark:
+def _nothing(result: Record) -> Remark:
     evaluations = numbers.count(result.evaluations, "sample")
     if result.best is None:
         return remark("nothing-found", f"All {evaluations} failed, so that nothing was found.", evaluations=result.evaluations)
@@ -194,7 +194,7 @@ def _nothing(result: Result) -> Remark:
     return remark("too-few-responses", text, evaluations=result.evaluations, sample=best.sample, error=best.error)
 
 
-def _ending(result: Result) -> Remark:
+def _ending(result: Record) -> Remark:
     done = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}"
     if look := result.calibration.first_look:
         done += f" and a first look of {len(look.theta)} evaluations by cheaper models"

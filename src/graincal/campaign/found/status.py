@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from graincal.campaign.found.record import Answer, Candidate, Record
 from graincal.campaign.found.recorded import recorded_of_answer
 from graincal.campaign.found.remarks import remarks
 from graincal.campaign.found.replay import runs_at_answer
-from graincal.campaign.found.result import Answer, Candidate, Result
 from graincal.campaign.found.trust import accepted_problems, changed_code
 from graincal.campaign.stored.code import CHANGED
 from graincal.campaign.stored.database import said_of_damage
@@ -59,7 +59,7 @@ def status(folder: str | Path) -> dict[str, Any]:
 def _status(folder: Path, store: Store) -> dict[str, Any]:
     running, finished = is_running(folder), store.meta("stopped_by") is not None
     counts, seconds = store.counts(), [took for *_, took in store.runs() if took is not None]
-    result = Result(store, store.calibration) if store.iterations() else None
+    result = Record(store, store.calibration) if store.iterations() else None
     return {
         "folder": str(folder),
         "state": "finished" if finished else "running" if running else "interrupted",
@@ -111,12 +111,12 @@ def _earliest(store: Store) -> int | None:
     return None if last is None else min(last, len(store.iterations()))
 
 
-def _iterations(result: Result) -> list[dict[str, Any]]:
+def _iterations(result: Record) -> list[dict[str, Any]]:
     figures = [_figures(iteration, best) for iteration, best in zip(result.iterations, result.best_errors)]
     return [each | learnt.figures() for each, learnt in zip(figures, result.learnt)] if result.learnt else figures
 
 
-def _answer(result: Result) -> dict[str, Any] | None:
+def _answer(result: Record) -> dict[str, Any] | None:
     if not (result.learnt and result.learnt[-1].answer):
         return None
     if runs_at_answer(result.iterations[-1].samples, result.space):
@@ -127,7 +127,7 @@ def _answer(result: Result) -> dict[str, Any] | None:
     return {"theta": theta, "errors": [_number(error) for error in answer.errors], "mean": _number(answer.mean), "spread": _number(answer.spread)}
 
 
-def _posterior(result: Result) -> dict[str, Any] | None:
+def _posterior(result: Record) -> dict[str, Any] | None:
     if not (result.learnt and result.learnt[-1].mean):
         return None
     learnt, names = result.learnt[-1], result.space.names
@@ -138,7 +138,7 @@ def _posterior(result: Result) -> dict[str, Any] | None:
     }
 
 
-def _fits(result: Result) -> dict[str, Any] | None:
+def _fits(result: Record) -> dict[str, Any] | None:
     # What was not stored with the batch takes longer than a status may.
     fits = result.learnt[-1].fits_about_as_well if result.learnt else None
     if fits is None:

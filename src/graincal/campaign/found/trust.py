@@ -19,8 +19,8 @@ from graincal.notation.quantities import parameters, quantity
 from graincal.notation.words import continued, listed
 
 if TYPE_CHECKING:
+    from graincal.campaign.found.record import Record
     from graincal.campaign.found.remarks import ByEmulators
-    from graincal.campaign.found.result import Result
 
 ROUGH = 0.1
 """The emulator's held-out error, as a part of the spread of the responses, above which it is rough."""
@@ -39,12 +39,12 @@ EDGE = 0.01
 """Of a range: as near to its end the answer is at it."""
 
 
-def has_settled(result: Result) -> bool:
+def has_settled(result: Record) -> bool:
     """Whether the posterior is known, so that more evaluations would say the same. One whose emulator predicts nothing any more is not, whatever the campaign ended by."""
     return result.settled and result.found is not None and result.found.predicts
 
 
-def cautions(result: Result, known: ByEmulators | None) -> list[Remark]:
+def cautions(result: Record, known: ByEmulators | None) -> list[Remark]:
     """What is to be read before anything else, where more evaluations may say something else; nothing where they would not."""
     if has_settled(result):
         return []
@@ -55,7 +55,7 @@ def cautions(result: Result, known: ByEmulators | None) -> list[Remark]:
     return said
 
 
-def doubts(result: Result, known: ByEmulators | None) -> list[Remark]:
+def doubts(result: Record, known: ByEmulators | None) -> list[Remark]:
     """Why not to trust it. One that says so where there is no reason, as far as that is known."""
     said = [
         *_not_settled(result),
@@ -68,7 +68,7 @@ def doubts(result: Result, known: ByEmulators | None) -> list[Remark]:
     return said if said or known is None else [_nothing_against(result)]
 
 
-def conditions(result: Result) -> list[Remark]:
+def conditions(result: Record) -> list[Remark]:
     """What the posterior takes for granted."""
     said, packings = [], _packings(result)
     for number, code, (these, one) in ((1, "one-packing", ("this packing", "one packing")), (2, "two-packings", ("these two packings", "two"))):
@@ -101,17 +101,17 @@ def changed_code(files: str | None) -> tuple[Remark, ...]:
     return (remark("code-changed", text, files=files.split(", ")),)
 
 
-def causes(result: Result) -> str:
+def causes(result: Record) -> str:
     """What keeps even the true parameters' responses away from the reference."""
     return "Measurement errors and the scatter of runs" if any(each.reference.simulated for each in result.experiments) else "Measurement errors"
 
 
-def allows_discrepancy(result: Result) -> bool:
+def allows_discrepancy(result: Record) -> bool:
     """Whether the model may be unable to reproduce some test."""
     return any(errors.discrepancies.any() for errors in result.knowledge.errors)
 
 
-def _not_settled(result: Result) -> list[Remark]:
+def _not_settled(result: Record) -> list[Remark]:
     if has_settled(result):
         return []
     known, enough = result.learnt[-1], result.stop.posterior_shift
@@ -120,7 +120,7 @@ def _not_settled(result: Result) -> list[Remark]:
     return [remark("not-settled", f"The posterior has not settled: {because}.{then}", **figures)]
 
 
-def _why_not_settled(result: Result) -> str:
+def _why_not_settled(result: Record) -> str:
     known, enough = result.learnt[-1], result.stop.posterior_shift
     if not result.found.predicts:
         return "the emulator predicts nothing by which to tell"
@@ -137,7 +137,7 @@ def _why_not_settled(result: Result) -> str:
     return "the last fresh runs at draws from it moved it"
 
 
-def _of_emulator(result: Result, known: ByEmulators | None) -> list[Remark]:
+def _of_emulator(result: Record, known: ByEmulators | None) -> list[Remark]:
     found, worst, said = result.found, max(result.found.held_out), []
     settled, too_sure = has_settled(result), result.found.coverage < LEAST_COVERAGE
     if not found.predicts:
@@ -166,7 +166,7 @@ def _of_emulator(result: Result, known: ByEmulators | None) -> list[Remark]:
     return said
 
 
-def _of_runs(result: Result) -> list[Remark]:
+def _of_runs(result: Record) -> list[Remark]:
     found, said = result.found, []
     carrying = int(np.sum(found.weights > 0))
     if carrying >= MANY_RUNS and found.pareto_k > LARGEST_K:
@@ -189,7 +189,7 @@ def _of_runs(result: Result) -> list[Remark]:
     return said
 
 
-def _of_errors(result: Result, known: ByEmulators) -> list[Remark]:
+def _of_errors(result: Record, known: ByEmulators) -> list[Remark]:
     """How far the answer is from the reference, beside what the errors lead to."""
     mean, expected, cause = result.answer.mean, known.expected_error, continued(causes(result))
     away = f"The answer is {numbers.value(mean, 3)} % from the reference"
@@ -206,7 +206,7 @@ def _of_errors(result: Result, known: ByEmulators) -> list[Remark]:
     return []
 
 
-def _of_answer(result: Result) -> list[Remark]:
+def _of_answer(result: Record) -> list[Remark]:
     names, labels, theta, said = result.space.names, [shown.label for shown in parameters(result.space)], result.answer.theta, []
     low, high = result.posterior.interval()
     if (outside := (theta < low) | (theta > high)).any():
@@ -224,7 +224,7 @@ def _of_answer(result: Result) -> list[Remark]:
     return said
 
 
-def _of_packings(result: Result) -> list[Remark]:
+def _of_packings(result: Record) -> list[Remark]:
     said = []
     for experiment, count, apart in _packings(result):
         if count and apart > UNLIKE:
@@ -236,13 +236,13 @@ def _of_packings(result: Result) -> list[Remark]:
     return said
 
 
-def _packings(result: Result) -> list[tuple]:
+def _packings(result: Record) -> list[tuple]:
     """Of each experiment how many siblings its packing has, and how far it is from their mean."""
     learnt = result.learnt[-1]
     return list(zip(result.experiments, learnt.siblings, learnt.apart))
 
 
-def _nothing_against(result: Result) -> Remark:
+def _nothing_against(result: Record) -> Remark:
     found, failures = result.found, result.failures
     text = (
         f"Nothing that was looked at speaks against it: the emulator's held-out error is {100 * max(found.held_out):.2g} % of the spread of the responses, "

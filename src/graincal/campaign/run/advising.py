@@ -19,7 +19,6 @@ from graincal.campaign.asked.description import describe
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.prediction import drawn_rows
-from graincal.campaign.found.result import Result
 from graincal.campaign.found.run_library import Library
 from graincal.campaign.run.advice import FEW_EFFECTIVE, Advice, AdvisedTest
 from graincal.campaign.run.candidate_tests import CandidateTest, candidate_test, default_tests
@@ -37,6 +36,7 @@ from graincal.inference.sampling.proposal import systematic_resampling
 from graincal.models import StressPathTest
 from graincal.models.stress_path import unusual
 from graincal.notation.words import listed
+from graincal.result import Result
 
 ADVICE = "advice"
 """The folder within a campaign's that keeps the runs, one for each test."""

@@ -12,7 +12,6 @@ from threadpoolctl import threadpool_limits
 from graincal.campaign.asked.calibration import Calibration, Filter
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.replay import tell
-from graincal.campaign.found.result import Result
 from graincal.campaign.run.evaluations import Evaluations
 from graincal.campaign.run.packing_study import study_packings
 from graincal.campaign.stored.curves import write_curve
@@ -22,6 +21,7 @@ from graincal.campaign.stored.store import OUT_OF_TIME, SPENT, Store
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import Samples
 from graincal.inference import PosteriorFilter
+from graincal.result import Result
 
 CURVES = "curves"
 

@@ -12,11 +12,11 @@ from pydantic import ValidationError
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.file.options import RunSection
 from graincal.campaign.file.section import sentences
-from graincal.campaign.file.toml import read_toml
 from graincal.campaign.found.replay import runs_at_answer, tell
 from graincal.campaign.stored.store import SPENT, Store, same
 from graincal.data import InputError
 from graincal.inference import Stop
+from graincal.notation.toml import read_toml
 from graincal.suggestion import did_you_mean
 
 _CRITERIA = tuple(field.name for field in fields(Stop))

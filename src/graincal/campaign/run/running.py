@@ -16,7 +16,6 @@ from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.doubts import doubts, thinning_notes
 from graincal.campaign.found.first_look import first_look_of
-from graincal.campaign.found.result import Result
 from graincal.campaign.found.runs import known_runs
 from graincal.campaign.run.campaign import CURVES, Campaign
 from graincal.campaign.run.claiming import claim
@@ -31,6 +30,7 @@ from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference import DEFAULT_METHOD, Stop
 from graincal.models import Model
+from graincal.result import Result
 
 CALIBRATION_FILE = "campaign.toml"
 REPORT = "report.html"

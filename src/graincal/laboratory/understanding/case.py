@@ -8,14 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import Decision, Question
 from graincal.laboratory.table import Table
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.seen import Seen, one
 from graincal.laboratory.understanding.stress_state import StressState
-
 
 IN_WORDS = {
     "triaxial": "a drained triaxial test", "undrained": "an undrained triaxial test", "constant-mean-stress": "a triaxial test at constant mean stress",

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.backbone import through_zero
 from graincal.laboratory.loading_path import since, turns_of
 from graincal.laboratory.quantities import STRESS_FORMS

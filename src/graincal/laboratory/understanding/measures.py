@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from graincal.data import InputError
+from graincal.errors import InputError
+from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import STRAINS
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case
-from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.understanding.strains import multiplied, proof, void_ratio_of
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
-from graincal.laboratory.columns import Place
+from graincal.errors import InputError
 from graincal.laboratory.addressing import column_index, refuse_shared
+from graincal.laboratory.columns import Place
 from graincal.laboratory.numbers import read_number
 from graincal.laboratory.quantities import DIMENSIONS, READABLE, TOTAL
 from graincal.laboratory.table import Table

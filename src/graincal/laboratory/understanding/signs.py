@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.backbone import first_movement, noise
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case, extent, extreme
-from graincal.laboratory.understanding.strains import proof, void_ratio_of
 from graincal.laboratory.understanding.seen import Seen
+from graincal.laboratory.understanding.strains import proof, void_ratio_of
 
 CLEAR = 5.0
 """A first movement is clear from so many printed digits on."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.backbone import runs
 from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import Decision

@@ -8,7 +8,7 @@ from os import PathLike
 
 import numpy as np
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.backbone import repeated, spans, turned_back
 from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import UNANSWERED, Decision, Question
@@ -16,8 +16,8 @@ from graincal.laboratory.quantities import OF_CAMBRIDGE_AND_MIT, STRAINS, STRESS
 from graincal.laboratory.stages import choose_rows
 from graincal.laboratory.table import Table, read_table
 from graincal.laboratory.understanding import remarks
-from graincal.laboratory.understanding.compared import chosen_columns, observables_of
 from graincal.laboratory.understanding.case import Case, Known, NotUnderstood, extent, extreme
+from graincal.laboratory.understanding.compared import chosen_columns, observables_of
 from graincal.laboratory.understanding.kinds import decide_kind
 from graincal.laboratory.understanding.measures import decide_measures
 from graincal.laboratory.understanding.pressure import decide_pressure, decide_turns
@@ -25,10 +25,10 @@ from graincal.laboratory.understanding.recorder import decide_axes
 from graincal.laboratory.understanding.seen import Seen, see
 from graincal.laboratory.understanding.signs import WORDS, decide_signs
 from graincal.laboratory.understanding.staging import refuse_hidden_stages, refuse_other_zero, refuse_restarts, shear_stage
-from graincal.laboratory.understanding.stress_state import StressState, decide, stress_states
 from graincal.laboratory.understanding.strains import void_ratio_of
+from graincal.laboratory.understanding.stress_state import StressState, decide, stress_states
+from graincal.laboratory.understanding.units import decide_height, decide_strains, decide_stresses, decide_void_ratio, decide_volume
 from graincal.laboratory.understanding.volume import volume_changes
-from graincal.laboratory.understanding.units import decide_strains, decide_height, decide_stresses, decide_void_ratio, decide_volume
 
 SHEAR = ("triaxial", "undrained", "constant-mean-stress")
 

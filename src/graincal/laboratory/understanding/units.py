@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from graincal.data import InputError
+from graincal.errors import InputError
 from graincal.laboratory.quantities import DIMENSIONS, STRAINS
 from graincal.laboratory.understanding.case import Case, extent, extreme
 from graincal.laboratory.understanding.seen import PLAIN, Seen

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from graincal.campaign import Result
+from graincal.campaign.found.record import Record
 from graincal.campaign.found.remarks import ByEmulators
 from graincal.campaign.found.trust import allows_discrepancy
 from graincal.inference import Posterior
@@ -18,9 +18,9 @@ from graincal.inference.likelihood.likelihood import ReducedLikelihood
 from graincal.inference.posterior.emulation import Emulation
 from graincal.inference.posterior.likely_runs import log_likelihoods
 from graincal.inference.posterior.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
+from graincal.inference.sampling.groups import Group, find_groups
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.inference.sampling.proposal import systematic_resampling
-from graincal.report.groups import Group, find_groups
 
 UNSURE = 10.0
 """The log of an expected likelihood is so much above the log likelihood expected where the emulators do not know whether the parameters fit: their own doubt is several
@@ -53,13 +53,13 @@ class Mode:
 class Emulated:
     """The emulated posterior of a result that has one. Everything is computed when it is first asked for; equal results give equal figures."""
 
-    def __init__(self, result: Result, emulation: Emulation) -> None:
+    def __init__(self, result: Record, emulation: Emulation) -> None:
         self.result = result
         self.emulation = emulation
         self.posterior: Posterior = emulation.posterior
 
     @classmethod
-    def of(cls, result: Result) -> Emulated | None:
+    def of(cls, result: Record) -> Emulated | None:
         """None where the method is another, or nothing has been emulated."""
         emulation = result.emulation if result.has_posterior else None
         return cls(result, emulation) if emulation else None

@@ -18,11 +18,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from graincal.data import InputError
+from graincal.drawing.figure import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
+from graincal.drawing.palette import DASHES, Style
+from graincal.errors import InputError
 from graincal.notation.glyphs import missing_glyphs_unsaid
 from graincal.notation.markup import to_mathtext
-from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
-from graincal.report.palette import DASHES, Style
 
 _POINTS_PER_PIXEL = 0.6
 _SYMBOLS = {"circle": "o", "ring": "o", "cross": "x", "diamond": "D", "square": "s"}

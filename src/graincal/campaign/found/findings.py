@@ -12,11 +12,11 @@ import numpy as np
 from graincal.data import ParameterSpace
 from graincal.inference import Iteration, Posterior
 from graincal.inference.iterative.advice import OPTIMAL_ERROR
+from graincal.inference.iterative.close_fits import MARGIN, CloseFits, close_fits
+from graincal.inference.iterative.narrowing import narrowing_by_chance
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.quantities import Quantity, parameters
-from graincal.report.chance import narrowing_by_chance
-from graincal.report.close_fits import MARGIN, CloseFits, close_fits
 
 NARROWED, NOT_IDENTIFIED = 1 / 3, 2 / 3
 """Parts of the range (see `Finding.extent`) up to which a parameter is narrowed, and from which on it is not identified."""

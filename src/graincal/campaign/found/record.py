@@ -1,4 +1,4 @@
-"""What a calibration found."""
+"""What a campaign found, as its store holds it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,6 @@ from graincal.campaign.asked.calibration import POSTERIOR, Calibration, round_of
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.found.packings import TROUBLE
-from graincal.campaign.found.remark import Remark
-from graincal.campaign.found.remarks import remarks
 from graincal.campaign.found.repeated import Repeated
 from graincal.campaign.found.replay import knowledge, runs_at_answer
 from graincal.campaign.stored.code import CHANGED
@@ -49,7 +48,7 @@ class Answer(Repeated):
     errors: NDArray[np.float64]
 
 
-class Result:
+class Record:
     """What a campaign found in its complete iterations, as its store holds it. N samples in the order asked, n parameters, E experiments.
 
     samples (N, n), ids (N,), iteration (N,): every sample and the iteration that asked for it. errors (N,): percent, Eq. 6; NaN for a failure.
@@ -85,7 +84,7 @@ class Result:
         self.seconds, self.attempts = self._runs()
 
     @classmethod
-    def read(cls, folder: str | Path) -> Result:
+    def read(cls, folder: str | Path) -> Self:
         """The result in a campaign's folder, also of one that is still running. Raises InputError while no iteration is complete."""
         store = Store.open(Path(folder))
         with said_of_damage(store.database.path):
@@ -94,7 +93,7 @@ class Result:
     def __repr__(self) -> str:
         state = f"stopped by {self.stopped_by}" if self.stopped_by else "not at its end"
         best = f", best error {self.best.error:.2f} %" if self.best else ""
-        return f"Result({self.evaluations} evaluations in {len(self.iterations)} {'batches' if self.has_posterior else 'iterations'}, {self.failures} failed{best}, {state})"
+        return f"{type(self).__name__}({self.evaluations} evaluations in {len(self.iterations)} {'batches' if self.has_posterior else 'iterations'}, {self.failures} failed{best}, {state})"
 
     @property
     def folder(self) -> Path | None:
@@ -261,15 +260,6 @@ class Result:
         return self._store.accepted
 
     @cached_property
-    def remarks(self) -> tuple[Remark, ...]:
-        """What was found, why not to trust it and what it takes for granted, by the method "posterior": what the report says of it, as records with codes. By other
-        methods none but that problems were accepted. It takes some seconds, for the emulators are made again."""
-        from graincal.report.emulated import Emulated
-
-        emulated = Emulated.of(self)
-        return remarks(self, emulated.known if emulated else None)
-
-    @cached_property
     def grade(self) -> Grade | None:
         """"optimal", "sub-optimal", "no fit" or "no result", and why, of the last iteration: by the paper's method. None by the method "posterior", which has no such grade."""
         return None if self.has_posterior else grade(self.iterations[-1], self.stop)
@@ -321,13 +311,6 @@ class Result:
         """Kinds of failure with one of their reasons and how often each occurred, the most frequent first."""
         # As stored by a version before, they may be anything.
         return [(failure.kind, failure.reason, count) for kind, reason, count in self._store.failure_kinds() for failure in [Failure(kind, reason)]]
-
-    def report(self, path: str | Path) -> Path:
-        """Write the report, one HTML file, and return its path."""
-        from graincal.report import write_report
-
-        write_report(self, Path(path))
-        return Path(path)
 
     def number(self, experiment: int | str) -> int:
         """The number of an experiment, from 0, by its number or name. Raises InputError for one that there is not."""

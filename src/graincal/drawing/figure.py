@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.report.palette import Style
+from graincal.drawing.palette import Style
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from graincal.drawing.figure import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
+from graincal.drawing.palette import DASHES, Style
 from graincal.notation.markup import to_html
-from graincal.report.drawing import Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points
-from graincal.report.palette import DASHES, Style
 
 _SYMBOLS = {"circle": "circle", "ring": "circle-open", "cross": "x-thin-open", "diamond": "diamond", "square": "square"}
 _INK, _LINES, _FONT = "#222222", "#e4e4e4", "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
