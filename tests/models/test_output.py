@@ -5,6 +5,7 @@ import io
 import numpy as np
 import pytest
 
+import graincal as gc
 from graincal import Failure, InputError
 from graincal.laboratory.units import find_unit
 from graincal.models.output import Column, Output
@@ -140,6 +141,33 @@ def test_what_is_declared_is_finite_within_the_reference_s_range_and_may_be_anyt
 def test_what_cannot_be_read_is_a_failure_with_a_reason(content, kind, tmp_path):
     found = read(content, folder=tmp_path) if content.strip() else read(content)
     assert found.kind == kind and len(found.reason) > 20
+
+
+def _good_files(folder):
+    np.save(folder / "a.npy", np.stack([STRAIN, RATIO, CONTRACTION], axis=1))
+    np.savez(folder / "a.npz", eps_a=STRAIN, ratio=RATIO, eps_v=CONTRACTION)
+    binary = [(folder / name).read_bytes() for name in ("a.npy", "a.npz")]
+    return [table("eps_a [%],ratio,eps_v", STRAIN, RATIO, CONTRACTION), table("# eps_a ratio eps_v", STRAIN, RATIO, CONTRACTION, delimiter=" ", comment="# made"), *binary]
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_whatever_is_written_is_a_response_or_a_failure(seed, tmp_path):
+    generator = np.random.default_rng(seed)
+    content = bytearray(_good_files(tmp_path)[seed % 4])
+    for _ in range(generator.integers(1, 6)):
+        at = int(generator.integers(len(content)))
+        match generator.integers(4):
+            case 0:
+                content[at] = int(generator.integers(256))
+            case 1:
+                del content[at : at + int(generator.integers(1, 40))]
+            case 2:
+                content[at:at] = [b"nan", b"\n", b",", b'"', b"#", b"1e999", b"\x00", b" ", b"word"][generator.integers(9)]
+            case 3:
+                content[at:at] = content[max(0, at - 30) : at]
+    columns = COLUMNS | {"stress_ratio": Column("ratio + 0 * eps_v"), "void_ratio": Column(2)}
+    found = output(columns=columns, where="eps_a >= 0").read(bytes(content), "axial_strain", AT)
+    assert isinstance(found, (Failure, gc.Response)) and (isinstance(found, gc.Response) or found.kind in ("unreadable", "not_finite", "incomplete", "no_output"))
 
 
 def test_a_file_that_is_not_there_or_empty_is_no_output(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,12 +11,12 @@ import typer
 
 from graincal.cli.saying import say
 from graincal.data import InputError
-from graincal.notation.printable import printable_json
+from graincal.notation.printable import printable, printable_json
 
 if TYPE_CHECKING:
     from graincal.campaign import Calibration, Experiment
     from graincal.campaign.file.examination import Examination, Examined
-    from graincal.data import Reference
+    from graincal.data import Reference, Response
 
 UNANSWERED = 2
 """The exit code where there are questions or problems."""
@@ -23,11 +25,12 @@ UNANSWERED = 2
 def check(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
     plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
+    run: Annotated[bool, typer.Option("--run", help="Where a model is a program: run the first sample, and draw what was read beside the reference, in FILE of --plot too. Without it no program is run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; no evaluation is run for it, but a packing may have to be prepared.")] = False,
 ) -> None:
     """Read a calibration file and all that it names, draw what was read, say what speaks against it and how long the calibration will take.
 
-    One short evaluation in the middle of the ranges is run for that. The exit code is 0 where nothing has to be answered, 1 where the file cannot be read, and 2 where
+    One short evaluation in the middle of the ranges is run for that, but no program, of which the first sample's inputs are shown. The exit code is 0 where nothing has to be answered, 1 where the file cannot be read, and 2 where
     there are questions or problems.
     """
     from graincal.cli.outputs import check_figure
@@ -36,6 +39,8 @@ def check(
     try:
         if plot is not None:
             check_figure(plot)
+        if run and as_json:
+            raise InputError("--run shows curves to a person, and --json is for programs: one of them was expected.")
         found = look_at(file, quiet=as_json)
     except InputError as error:
         if as_json:
@@ -45,12 +50,25 @@ def check(
         say(printable_json(found.as_json(), indent=2, allow_nan=False))
     else:
         _say(found)
+    responses = _run_first(found, run=run) if not as_json else {}
     if plot is not None:
-        _draw(found, plot, quiet=as_json)
+        _draw(found, plot, responses, quiet=as_json)
     if not as_json and found.calibration:
         _say_expectation(found.calibration)
     if not found.is_clear:
         raise typer.Exit(UNANSWERED)
+
+
+def _run_first(found: Examination, *, run: bool) -> Mapping[int, Response]:
+    """Show what programs are given, and run them where that is asked for: the responses, by the numbers of their experiments."""
+    from graincal.cli.first_run import run_first, say_inputs
+
+    if not found.calibration:
+        if run:
+            say("No sample was run, for the file cannot be calibrated yet.", err=True)
+        return {}
+    say_inputs(found.calibration)
+    return run_first(found.calibration) if run else {}
 
 
 def _say(found: Examination) -> None:
@@ -109,13 +127,13 @@ def _say_expectation(calibration: Calibration) -> None:
     say("\n".join(_expectation(calibration)))
 
 
-def _draw(found: Examination, plot: Path, *, quiet: bool) -> None:
+def _draw(found: Examination, plot: Path, responses: Mapping[int, Response], *, quiet: bool) -> None:
     from graincal.cli.figures import draw_references
 
     if not found.experiments:
         say(f"{plot}: nothing was drawn, for no reference can be read before the questions are answered.", err=True)
         return
-    draw_references(found.calibration.experiments if found.calibration else found.experiments, plot)
+    draw_references(found.calibration.experiments if found.calibration else found.experiments, plot, responses)
     if not quiet:
         say(f"References drawn to {plot}.")
 
@@ -150,7 +168,7 @@ def _describe_reference(reference: Reference) -> list[str]:
 
 
 def _describe_model(experiment: Experiment) -> list[str]:
-    from graincal.models import StressPathTest
+    from graincal.models import CommandModel, StressPathTest
     from graincal.models.contact_laws import DEFAULT_LAW
 
     model, lines = experiment.model, [f'experiment "{experiment.name}"']
@@ -165,6 +183,8 @@ def _describe_model(experiment: Experiment) -> list[str]:
         lines.append(f"  {len(model.states(experiment.reference.control))} states at rest{every}; rows between them are interpolated")
         lines.append(f"  {', '.join([model.density_in_words, *(f'{name} {value}' for name, value in model.economies.items())])}")
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
+    elif isinstance(model, CommandModel):
+        lines.append(f"  command: {printable(shlex.join(model.command))}")
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")
     return lines
@@ -174,7 +194,7 @@ def _expectation(calibration: Calibration) -> list[str]:
     import numpy as np
 
     from graincal.campaign.asked.limits import Limits
-    from graincal.campaign.file.expectation import expect
+    from graincal.campaign.file.expectation import NOT_RUN, expect
     from graincal.campaign.file.forecast import Forecast
     from graincal.cli.text import duration
     from graincal.execution import available_cores
@@ -190,6 +210,8 @@ def _expectation(calibration: Calibration) -> list[str]:
         seconds = calibration.expected_seconds * np.ceil(samples / at_once)
         lines.append(f"about {duration(calibration.expected_seconds)} for an evaluation, as expected_seconds says")
     for expected in () if calibration.expected_seconds else expect(calibration):
+        if expected.failure and expected.failure.kind == NOT_RUN:
+            return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}']
         if expected.failure:
             return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
         lines.append(f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest')

@@ -18,7 +18,7 @@ from graincal.laboratory.another_file import Before, read_another
 from graincal.laboratory.quantities import STRESS_FORMS
 from graincal.laboratory.table import read_table
 from graincal.laboratory.understanding.remarks import confining_pressures
-from graincal.models import OedometricTest, StressPathTest, TriaxialTest, UndrainedTest
+from graincal.models import TESTS, OedometricTest, StressPathTest, TriaxialTest, UndrainedTest
 from graincal.models.compression import CompressionTest
 from graincal.models.stress_path import RETURNED, STRAINS
 from graincal.positions import POSITION
@@ -152,7 +152,7 @@ def _of_calibration(path: Path, test: Compared) -> Reference:
 def _in_calibration(path: Path, test: Compared) -> tuple[ExperimentEntry, Reference]:
     found = read_references(path)
     # A model of one's own may stand for any test; of the built-in ones, a test is compared with those of its kind.
-    found = [(entry, reference) for entry, reference in found if entry.model.kind in (test.kind, "python")]
+    found = [(entry, reference) for entry, reference in found if entry.model.kind == test.kind or entry.model.kind not in TESTS]
     pressures = [getattr(entry.model, "confining_pressure", None) for entry, _ in found]
     fitting = [pair for pressure, pair in zip(pressures, found) if None in (pressure, test.confining_pressure) or np.isclose(pressure, test.confining_pressure)]
     if len(fitting) == 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,15 +27,18 @@ SMALLEST_SPAN = 1e-4
 """An axis spans at least so much of a fraction, or so large a part of the largest stress: as closely as a test meets its targets, and its figure is read."""
 
 
-def draw_references(experiments: Sequence[Experiment], path: Path) -> None:
-    """The references, a row for each experiment and a panel for each observable and what was recorded beside them."""
+def draw_references(experiments: Sequence[Experiment], path: Path, responses: Mapping[int, Response] | None = None) -> None:
+    """The references, a row for each experiment and a panel for each observable and what was recorded beside them. responses: to be drawn beside the reference of the experiment of that number, on its rows."""
     columns = max(len(experiment.reference.measured) for experiment in experiments)
     figure = Figure(figsize=(4 * columns, 3 * len(experiments)), layout="constrained")
     for row, experiment in enumerate(experiments):
         for column, (name, values) in enumerate(experiment.reference.measured.items()):
             axes = figure.add_subplot(len(experiments), columns, 1 + row * columns + column)
             over, x, logarithmic = experiment.abscissa(experiment.reference.control)
-            axes.plot(_to_print(over, x), _to_print(name, values), "k.-", markersize=3, linewidth=0.8)
+            axes.plot(_to_print(over, x), _to_print(name, values), "k.-", markersize=3, linewidth=0.8, label="reference")
+            if response := (responses or {}).get(row):
+                axes.plot(_to_print(over, x), _to_print(name, response.values[name]), "-", color="tab:blue", label="the first sample")
+                axes.legend(frameon=False)
             if logarithmic:
                 _scale_logarithmically(axes, x)
             axes.set(title=to_mathtext(f"{experiment.name}{_not_fitted(name, experiment.reference)}"), xlabel=_label(over), ylabel=_label(name))

@@ -9,13 +9,13 @@ import numpy as np
 _BLOCKS = "▁▂▃▄▅▆▇█"
 
 
-def sparkline(values: Sequence[float], low: float | None = None) -> str:
-    """The values as a row of bars between `low` (their smallest by default) and their largest; a gap where there is none."""
+def sparkline(values: Sequence[float], low: float | None = None, high: float | None = None) -> str:
+    """The values as a row of bars between `low` and `high` (their smallest and their largest by default); a gap where there is none."""
     finite = [value for value in values if np.isfinite(value)]
     if not finite:
         return " " * len(values)
     low = min(finite) if low is None else low
-    height = max(finite) - low
+    height = (max(finite) if high is None else high) - low
     shares = [(value - low) / height if height > 0 else 0.5 for value in values]
     return "".join(_BLOCKS[round(share * (len(_BLOCKS) - 1))] if np.isfinite(share) else " " for share in shares)
 

@@ -1,4 +1,4 @@
-"""What an evaluation is: a built-in test, or anybody else's function."""
+"""What an evaluation is: a built-in test, or anybody else's function or program."""
 
 from typing import TYPE_CHECKING
 
@@ -8,10 +8,12 @@ from graincal.models.model import Model
 from graincal.models.stress_path import StressPathTest
 
 if TYPE_CHECKING:
+    from graincal.models.command.model import CommandModel
     from graincal.models.python import PythonModel
 
 __all__ = [
     "TESTS",
+    "CommandModel",
     "ConstantMeanStressTest",
     "IsotropicTest",
     "Model",
@@ -23,4 +25,4 @@ __all__ = [
     "UndrainedTest",
 ]
 
-__getattr__ = exported(__name__, {"graincal.models.python": ["PythonModel"]})
+__getattr__ = exported(__name__, {"graincal.models.command.model": ["CommandModel"], "graincal.models.python": ["PythonModel"]})

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Literal
 
 from numpy.typing import ArrayLike
@@ -27,6 +28,10 @@ class Model(ABC):
     def check(self, at: ArrayLike, samples: Samples) -> None:
         """Raise InputError for what no sample can mend, before anything is run; samples: none of them, by the names of a calibration's."""
         self.tasks(samples, at)
+
+    def in_folder(self, folder: Path) -> Model:
+        """The same model, whose evaluations keep their files in this folder; asked before any of them is under way. Most keep none."""
+        return self
 
     def evaluate(self, samples: Samples, at: ArrayLike, workers: int | Literal["all"] | None = None, watch: Callable[[int, Response], bool] | None = None) -> Outcomes:
         """Evaluate each sample and yield (row, Response or Failure) in order of completion.

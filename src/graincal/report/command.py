@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from graincal.campaign import Experiment
 from graincal.campaign.found.record import Record
 from graincal.data import Reference, Samples
-from graincal.models import Model, PythonModel, StressPathTest, TableTest, TriaxialTest
+from graincal.models import Model, StressPathTest, TableTest, TriaxialTest
 from graincal.models.contact_laws import DEFAULT_LAW
 from graincal.models.stress_path import STRAINS
 from graincal.notation.toml import read_toml
@@ -80,7 +80,7 @@ def comparison(result: Record, experiment: Experiment) -> str:
     """The calibration file that --at finds the reference of an experiment in, which is then the only one that it may mean; empty where there is none."""
 
     def may_be_meant(model: Model) -> bool:
-        return isinstance(model, PythonModel) or (isinstance(model, TriaxialTest) and np.isclose(model.confining_pressure, experiment.model.confining_pressure))
+        return not isinstance(model, StressPathTest) or (isinstance(model, TriaxialTest) and np.isclose(model.confining_pressure, experiment.model.confining_pressure))
 
     compared = isinstance(experiment.model, TriaxialTest) and experiment.reference.control_name == "axial_strain"
     alone = compared and sum(may_be_meant(each.model) for each in result.experiments) == 1

@@ -20,7 +20,7 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, Model, PythonModel, TableTest
+from graincal.models import TESTS, CommandModel, Model, PythonModel, TableTest
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
@@ -172,6 +172,8 @@ def describe_model(model: Model) -> dict[str, Any]:
         if isinstance(model, TableTest):
             described["table"] = asdict(model.table)
         return described
+    if isinstance(model, CommandModel):
+        return model.described()
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
         folder = str(model.folder.resolve()) if model.folder else None
@@ -188,6 +190,8 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
         if "table" in options:
             options["table"] = StressPathTable.restore(**options["table"])
         return TESTS[described["kind"]](packings, **options)
+    if described["kind"] == "command":
+        return CommandModel.restored(described)
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))

@@ -19,7 +19,7 @@ from graincal.campaign.file.check_marks import check_marks
 from graincal.campaign.file.config import CalibrationFile, build_calibration, parse, validated
 from graincal.campaign.file.doubts import doubts, doubts_of_reference, thinning_notes
 from graincal.campaign.file.experiments import ExperimentEntry
-from graincal.campaign.file.models import FunctionModel
+from graincal.campaign.file.models import StressPathModel
 from graincal.campaign.file.questions import OpenQuestion, Proposed, open_questions, without_questions
 from graincal.campaign.file.unused_keys import unused_in_experiment, unused_in_file
 from graincal.data import InputError, Reference
@@ -66,7 +66,7 @@ class Examined:
     def tested(self) -> Tested:
         """By what the entry says of the test; its packing is not read for that."""
         model = self.entry.model
-        if isinstance(model, FunctionModel):
+        if not isinstance(model, StressPathModel):
             return Tested(self.reference, OTHER)
         return Tested(self.reference, model.kind, model.confining_pressure, model.void_ratio)
 
@@ -242,7 +242,7 @@ def _out_of_reach(file: CalibrationFile, folder: Path) -> list[Doubt]:
     said = []
     for entry in file.experiment:
         try:
-            if not isinstance(entry.model, FunctionModel) and entry.model.packing is None:
+            if isinstance(entry.model, StressPathModel) and entry.model.packing is None:
                 entry.model.grains(folder)
         except OutOfReach as error:
             text = (

@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
 from graincal.data import Failure, ParameterSpace, Samples
-from graincal.models import StressPathTest
+from graincal.models import CommandModel, StressPathTest
 from graincal.models.stress_path import STRAINS
 
 PILOT_SHARE = 0.05
 """The share of a test's strain that is simulated to time it."""
+
+NOT_RUN = "not_run"
+"""The kind of the failure of a pilot that is none: nothing was run."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,8 @@ def expect(calibration: Calibration) -> list[Expectation]:
 
 
 def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> Expectation:
+    if isinstance(experiment.model, CommandModel):
+        return Expectation(experiment.name, failure=Failure(NOT_RUN, "a program is not run to see how long it takes; run.expected_seconds says it, where it is known."))
     middle = Samples(np.zeros(1, dtype=np.int64), space.from_unit(np.full((1, space.size), 0.5)), space.names)
     if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
         pilot = _time_beginning(experiment, middle)

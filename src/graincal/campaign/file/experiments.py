@@ -9,7 +9,8 @@ from pydantic import Field, field_validator, model_validator
 
 from graincal.campaign.asked.calibration import check_observables
 from graincal.campaign.asked.experiment import Experiment, no_reference
-from graincal.campaign.file.models import MODELS, CompressionModel, ModelSection
+from graincal.campaign.file.model_section import ModelSection
+from graincal.campaign.file.models import MODELS, CompressionModel
 from graincal.campaign.file.names import FileName, Shown, with_printable_names
 from graincal.campaign.file.section import Section, mistake
 from graincal.campaign.file.values import Positive, Texts

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.experiments import ExperimentEntry, ReferenceFile
+from graincal.campaign.file.models import StressPathModel
 from graincal.data import InputError
 from graincal.laboratory import Decision, Known, Understanding, understand
 from graincal.laboratory.decisions import UNANSWERED
@@ -25,7 +26,7 @@ PRESSURES_APART = 0.03
 
 def evidence(entry: ExperimentEntry, folder: Path) -> tuple[Sequence[Decision], Sequence[Doubt], Sequence[Doubt]]:
     """What the file decides by itself, told nothing but its columns and units: decisions, problems where what it proves contradicts the entry, and notes where its words do."""
-    if entry.reference is None or entry.model.kind == "python":
+    if entry.reference is None or not isinstance(entry.model, StressPathModel):
         return (), (), ()
     found = _understood(folder / entry.reference.file, _known(entry.reference.model_dump()))
     if found is None:

@@ -8,29 +8,19 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from graincal.campaign.file.command import CommandSection
+from graincal.campaign.file.model_section import ModelSection
 from graincal.campaign.file.names import FileName, Shown
-from graincal.campaign.file.section import Section, mistake
+from graincal.campaign.file.section import mistake
 from graincal.campaign.file.values import Positive, from_root
 from graincal.dem.packing import Packing
 from graincal.dem.stress_path_table import StressPathTable
-from graincal.models import TESTS, Model, PythonModel, StressPathTest
+from graincal.models import TESTS, PythonModel, StressPathTest
 from graincal.models.compression import CompressionTest
 from graincal.models.contact_laws import LAWS
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.python import LONGEST_TIMEOUT
 from graincal.models.rests import RESTS_EVERY
-
-
-class ModelSection(Section):
-    """A table that describes a model, of a kind of its own."""
-
-    called: ClassVar[str] = "[experiment.model]"
-
-    kind: str
-
-    def build(self, folder: Path, control: str) -> Model:
-        """The model that is described, in a file of this folder, for an experiment with this control."""
-        raise NotImplementedError
 
 
 class StressPathModel(ModelSection):
@@ -117,4 +107,4 @@ class FunctionModel(ModelSection):
         return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
-MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel}
+MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel, "command": CommandSection}

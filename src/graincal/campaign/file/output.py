@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field, field_validator
 
 from graincal.campaign.file.names import FileName, Shown, with_printable_names
-from graincal.campaign.file.section import Section, mistake, refused, show
+from graincal.campaign.file.section import Section, mistake, show
 from graincal.campaign.file.values import Count, Texts
 from graincal.laboratory.units import find_unit, known_units
 from graincal.models.output import STANDARD_OUTPUT, Column, Output
@@ -19,7 +19,7 @@ def inside(name: str, what: str = "a file within the folder of an evaluation") -
     """A file's name in the folder of an evaluation. Raises the mistake of one that leads out of it."""
     path = PurePosixPath(name)
     if not name.strip() or path.is_absolute() or ".." in path.parts or not path.parts:
-        raise refused(f" is {show(name)}, and the name of {what} was expected")
+        raise mistake(f" is {show(name)}, and the name of {what} was expected")
     return name
 
 
@@ -65,7 +65,7 @@ class OutputSection(Section):
             if text is not None and not Expression(text).compares:
                 raise NotAnExpression("it compares nothing")
         except NotAnExpression as error:
-            raise refused(f' is {show(text)}, and an expression of columns such as "stage == 2" was expected: {error}') from None
+            raise mistake(f' is {show(text)}, and an expression of columns such as "stage == 2" was expected: {error}') from None
         return text
 
     @field_validator("strain")
@@ -73,7 +73,7 @@ class OutputSection(Section):
     def _words(cls, strain: str | dict[str, str]) -> str | dict[str, str]:
         for word in strain.values() if isinstance(strain, dict) else ():
             if word not in ("logarithmic", "engineering"):
-                raise refused(f' has {show(word)}, and "logarithmic" or "engineering" was expected')
+                raise mistake(f' has {show(word)}, and "logarithmic" or "engineering" was expected')
         return strain
 
     def build(self) -> Output:

@@ -6,7 +6,7 @@ from graincal.campaign.asked.calibration import POSTERIOR
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.config import CalibrationFile
 from graincal.campaign.file.experiments import ExperimentEntry
-from graincal.campaign.file.models import FunctionModel
+from graincal.campaign.file.models import StressPathModel
 from graincal.data import Reference
 from graincal.laboratory.quantities import COMPRESSED, SIGNED, STRAINS
 from graincal.models import TriaxialTest, stress_path
@@ -17,13 +17,13 @@ _UNUSED = "key-without-effect"
 
 def unused_in_file(file: CalibrationFile) -> list[Doubt]:
     """Of the keys that are of the whole calibration."""
-    said, method, kinds = [], file.filter.method, {entry.model.kind for entry in file.experiment}
+    said, method, built_in = [], file.filter.method, any(isinstance(entry.model, StressPathModel) for entry in file.experiment)
     if alone := [name for name, each in file.parameters.items() if each.per_experiment and len(file.experiment) == 1]:
         said.append(f"per_experiment = true of {', '.join(alone)} changes nothing with a single experiment.")
-    if kinds == {"python"} and file.filter.given().get("packing_scatter"):
-        said.append("packing_scatter = true changes nothing: there are no packings to differ, for every model is a function.")
-    if kinds == {"python"} and file.filter.early_stop:
-        said.append("early_stop = true changes nothing: a function cannot be stopped on its way.")
+    if not built_in and file.filter.given().get("packing_scatter"):
+        said.append("packing_scatter = true changes nothing: there are no packings to differ, for no model is a built-in test.")
+    if not built_in and file.filter.early_stop:
+        said.append("early_stop = true changes nothing: runs of a built-in test alone can be stopped on their way.")
     if method != POSTERIOR:
         errors = [key for key in ("measurement_error", "relative_error", "step", "noise") if any(key in each.given() for entry in file.experiment for each in entry.observables.values())]
         errors += [key for key in ("control_step", "simulated") if any(entry.reference and key in entry.reference.given() for entry in file.experiment)]
@@ -62,7 +62,7 @@ def _pressure(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     said = entry.reference.confining_pressure
     if said is None:
         return []
-    model = None if isinstance(entry.model, FunctionModel) else entry.model.confining_pressure
+    model = entry.model.confining_pressure if isinstance(entry.model, StressPathModel) else None
     if model is not None and entry.model.kind == TriaxialTest.kind and abs(said / model - 1) > 0.01:
         text = f"reference.confining_pressure is {said:g} Pa and model.confining_pressure {model:g} Pa: the test would be simulated at another pressure than it was made at."
         return [Doubt("other-pressure", text)]

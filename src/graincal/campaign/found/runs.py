@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -22,8 +23,8 @@ from graincal.inference.likelihood.thinning import Thinning
 from graincal.models import StressPathTest
 from graincal.models.proportion import in_units_of
 
-# Of a model that was run and one that is to be: the pressure may be another one, where the test is the same in units of it; and what is unknown in one may be fixed in the other.
-_MAY_DIFFER = ("confining_pressure", "fixed")
+# Of a model that was run and one that is to be: the pressure may be another one, where the test is the same in units of it; what is unknown in one may be fixed in the other; and a program may run under other limits.
+_MAY_DIFFER = ("confining_pressure", "fixed", "running")
 
 _NAMES = {"name": "the function", "more_packings": "the number of packings", "turns": "turns in units of the confining pressure"}
 """Of keys of a described model whose own names do not say what they are: words that do."""
@@ -73,11 +74,13 @@ def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> Known
 
 
 def _by_name(store: Store) -> str:
-    """The names of the functions that a store's models are; nothing for built-in tests. Raises InputError for one that has no name of its own."""
-    named = dict.fromkeys(model.get("function") or model.get("name") for each in store.description["experiments"] if (model := each["model"])["kind"] in ("python", "absent"))
+    """The names of the functions and the commands that a store's models are; nothing for built-in tests. Raises InputError for one that has no name of its own."""
+    models = [each["model"] for each in store.description["experiments"]]
+    named = dict.fromkeys(model.get("function") or model.get("name") for model in models if model["kind"] in ("python", "absent"))
+    programs = dict.fromkeys(shlex.join(model["command"]) for model in models if "command" in model)
     if nameless := [name for name in named if "<" in name]:
         raise InputError(f"{store.folder}: its model is {nameless[0]}, which has no name by which it could be known to be the same; a function or a class of a module was expected.")
-    return ", ".join(named)
+    return ", ".join((*named, *programs))
 
 
 def _gather(gathered: _Gathered, store: Store, named: str, calibration: Calibration, thinnings: Sequence[Thinning]) -> dict[str, int]:
@@ -108,7 +111,7 @@ def _add(
     """Add one run; or why it says nothing. scale: whether each experiment's response is to be taken to its confining pressure."""
     failures = [outcome for outcome in outcomes if isinstance(outcome, Failure)]
     nothing = [np.full(thinning.kept.values.shape, np.nan) for thinning in thinnings]
-    if any(failure.kind == "output" for failure in failures):
+    if any(failure.kind in ("output", "incomplete") for failure in failures):
         # What could not be compared with the reference of then.
         return "whose output could not be used"
     if failures:

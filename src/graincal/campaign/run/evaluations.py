@@ -6,18 +6,34 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
+from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.run.elsewhere import backend_elsewhere
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
-from graincal.data import Failure, Response, Samples
+from graincal.campaign.stored.trouble import FolderError
+from graincal.data import Failure, InputError, Response, Samples
 from graincal.execution import Ended, Scheduler, Task
 from graincal.inference.likelihood.early_stop import EarlyStop
+
+FILES = "evaluations"
+"""The folder within a campaign's that evaluations keep their files in, where they have some."""
+
+
+def in_folder(calibration: Calibration, folder: Path) -> Calibration:
+    """The calibration, whose evaluations keep their files in this folder: in one of each experiment's name, where there are several."""
+    several = len(calibration.experiments) > 1
+    places = [folder / file_name(each.name) if several else folder for each in calibration.experiments]
+    try:
+        return replace(calibration, experiments=[replace(each, model=each.model.in_folder(place)) for each, place in zip(calibration.experiments, places)])
+    except OSError as error:
+        raise FolderError.of(folder, error) from error
 
 
 class Evaluation(NamedTuple):
@@ -28,14 +44,23 @@ class Evaluation(NamedTuple):
     id: int
 
 
+NOT_STARTED = "not_started"
+"""The kind of a failure for which no sample is to blame: there is no such program, or its inputs cannot be made."""
+
+
 class Evaluations:
-    """Has samples evaluated in the experiments of a calibration, and keeps each outcome in the store when it comes. stored: is told of each."""
+    """Has samples evaluated in the experiments of a calibration, and keeps each outcome in the store when it comes. stored: is told of each.
+
+    Where nothing could be started so far, that is no outcome: `until_whole` raises an InputError with the reason, and when that is mended the same evaluations are waiting.
+    """
 
     def __init__(self, calibration: Calibration, store: Store, listeners: Sequence[Listener] = (), stored: Callable[[], None] = lambda: None) -> None:
-        self.calibration, self.store, self.listeners, self._stored = calibration, store, listeners, stored
+        self.calibration = calibration if store.folder is None else in_folder(calibration, store.folder / FILES)
+        self.store, self.listeners, self._stored = store, listeners, stored
         self._scheduler = Scheduler(calibration.workers, backend_elsewhere(calibration, store, listeners))
         self._batches: dict[int, tuple[Samples, EarlyStop | None]] = {}
         self._under_way: Counter[int] = Counter()
+        self._not_started: list[Ended] | None = [] if not store.counts()["evaluated"] else None
 
     def until_whole(self, first: int, batches: Sequence[Samples], early_stops: Sequence[EarlyStop | None] = (None,)) -> None:
         """Have batches evaluated in all experiments, of which the first has this number, until that one is; the others go on meanwhile.
@@ -48,6 +73,9 @@ class Evaluations:
                 self._batches[index] = samples, early_stop
                 self._give_batch(index, samples, early_stop)
         self._until_ended(first)
+        for ended in self._not_started or ():
+            experiment = self.calibration.experiments[ended.task.name.experiment]
+            raise InputError(f'experiment "{experiment.name}": no evaluation could be started: {ended.outcome.reason}')
 
     def of_one(self, iteration: int, number: int, samples: Samples, experiment: Experiment) -> None:
         """Have samples evaluated in one experiment, by whatever model it has here, to their ends."""
@@ -98,12 +126,24 @@ class Evaluations:
         return [replace(task, name=name, order=(iteration, number), watch=partial(hopeless, name.id) if early_stop else None) for name, task in zip(names, tasks)]
 
     def _record(self, ended: Ended) -> tuple[Evaluation, Response | Failure]:
+        """Keep an outcome, after those that were held back."""
+        name = ended.task.name
+        self._under_way[name.iteration] -= 1
+        if self._not_started is not None:
+            if isinstance(ended.outcome, Failure) and ended.outcome.kind == NOT_STARTED:
+                self._not_started.append(ended)
+                return name, ended.outcome
+            held, self._not_started = self._not_started, None
+            for each in held:
+                self._keep(each)
+        return name, self._keep(ended)
+
+    def _keep(self, ended: Ended) -> Response | Failure:
         name = ended.task.name
         experiment = self.calibration.experiments[name.experiment]
         outcome = experiment.compared(ended.outcome)
         self.store.record(name.id, name.experiment, outcome, ended.attempts)
-        self._under_way[name.iteration] -= 1
         self._stored()
         for listener in self.listeners:
             listener.evaluated(name.id, experiment.name, outcome)
-        return name, outcome
+        return outcome

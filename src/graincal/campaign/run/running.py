@@ -21,6 +21,7 @@ from graincal.campaign.run.campaign import CURVES, Campaign
 from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.continuing import changed_criteria, changed_keys, changed_since, edited_run, refuse_another_past, with_criteria
 from graincal.campaign.run.elsewhere import check_place
+from graincal.campaign.run.evaluations import FILES
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import Log, is_running
@@ -241,7 +242,7 @@ def _refuse_campaign(folder: Path, calibration: Calibration, *, locked: bool = F
             if store.keeps(_decided_as(calibration, store)):
                 raise InputError(f"{folder}: this calibration was begun here before, go on with it by: graincal resume {shlex.quote(str(folder))}")
         raise InputError(f"{folder}: this folder holds another campaign, and a new one needs a folder of its own.")
-    for name in (CALIBRATION_FILE, REPORT, CURVES):
+    for name in (CALIBRATION_FILE, REPORT, CURVES, FILES):
         if (folder / name).exists():
             raise InputError(f"{folder}: {name} is there already and belongs to no campaign, and a new one needs a folder of its own.")
 

@@ -1,4 +1,4 @@
-"""The code of named functions: what a campaign runs, and what was changed in it between two sittings."""
+"""The code of named functions and of programs: what a campaign runs, and what was changed in it between two sittings."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import pwd
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from graincal.campaign.asked.place import Place
 from graincal.campaign.stored.store import NAME, Store
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
-from graincal.models import PythonModel
+from graincal.models import CommandModel, PythonModel
 
 CODE = "code"
 """The key under which a store keeps a digest of each file that its named functions are made of, as it was when these were first run."""
@@ -31,10 +32,12 @@ _MOST = 1_000
 
 
 def files_of(calibration: Calibration) -> dict[str, Path]:
-    """The files, by their names in their folders, of the modules of named functions that lie in the folder of the calibration, and of those that they import from there."""
+    """The files, by their names in their folders, of the modules of named functions that lie in the folder of the calibration, and of those that they import from there; and those that programs are given."""
     found: dict[str, Path] = {}
     for experiment in calibration.experiments:
         model = experiment.model
+        if isinstance(model, CommandModel):
+            found |= model.files
         if not isinstance(model, PythonModel) or not isinstance(model.function, str) or model.folder is None:
             continue
         waiting = [model.function.partition(":")[0]]
@@ -74,7 +77,7 @@ def look_at_code(store: Store, calibration: Calibration) -> str | None:
 
 
 def refuse_strangers_code(store: Store, place: Place | None = None) -> None:
-    """Raise InputError where the store's database belongs to another user, and going on with it would run functions that it names, or lines of its jobs' scripts: that is for a person to decide, who is shown which.
+    """Raise InputError where the store's database belongs to another user, and going on with it would run functions or programs that it names, or lines of its jobs' scripts: that is for a person to decide, who is shown which.
 
     place: where it is to run now, if not where it was begun."""
     database = store.folder / NAME
@@ -86,9 +89,11 @@ def refuse_strangers_code(store: Store, place: Place | None = None) -> None:
         return
     look = store.calibration.look
     experiments = (*store.calibration.experiments, *(look.experiments if look else ()))
-    functions = {(each.model.function, each.model.folder) for each in experiments if isinstance(each.model, PythonModel) and isinstance(each.model.function, str)}
-    runs = [f"{name}{f' of {folder}' if folder else ''}" for name, folder in sorted(functions, key=str)]
-    runs += [f"{each}{''.join(f', {key} = {json.dumps(each.blocks[key])}' for key in _LINES if key in each.blocks)}" for each in {str(each): each for each in (store.calibration.place, place) if each}.values()]
+    code = {(each.model.function, each.model.folder) for each in experiments if isinstance(each.model, PythonModel) and isinstance(each.model.function, str)}
+    code |= {(shlex.join(each.model.command), each.model.folder) for each in experiments if isinstance(each.model, CommandModel)}
+    runs = [f"{name}{f' of {folder}' if folder else ''}" for name, folder in sorted(code, key=str)]
+    places = {str(each): each for each in (store.calibration.place, place) if each}
+    runs += [f"{each}{''.join(f', {key} = {json.dumps(each.blocks[key])}' for key in _LINES if key in each.blocks)}" for each in places.values()]
     if runs:
         said = "; ".join(runs)
         raise InputError(f"{database}: this campaign belongs to another user ({_user(owner)}), and to go on with it runs code: {said}. Where you trust that, go on by --trust, or trust=True in Python.")

@@ -82,8 +82,11 @@ class Output:
             return Failure("no_output", f"the program wrote the file {self.file}, and it is empty.")
         try:
             values = self._values(read_columns(content, name))
-        except Unreadable as error:
+        except (Unreadable, InputError) as error:
             return Failure("unreadable", str(error))
+        # Whatever a library makes of a file that is broken: it is one evaluation's trouble.
+        except Exception as error:
+            return Failure("unreadable", f"{name} cannot be read ({type(error).__name__}: {error}).")
         return self._met(values, control, at)
 
     def _values(self, columns: Columns) -> dict[str, NDArray[np.float64]]:

@@ -47,26 +47,15 @@ class Columns:
 
 
 def read_columns(content: Path | bytes, name: str) -> Columns:
-    """The columns of a file, or of what was printed, called `name` in messages: by its ending `.npz`, by its first bytes `.npy` and HDF5, and otherwise text. Raises Unreadable."""
-    try:
-        head = content[:8] if isinstance(content, bytes) else _head(content)
-        binary = head.startswith((b"\x93NUMPY", b"\x89HDF\r\n\x1a\n", b"PK\x03\x04"))
-        size, most = (len(content) if isinstance(content, bytes) else content.stat().st_size), LARGEST_BINARY if binary else LARGEST_TEXT
-        if size > most:
-            raise Unreadable(f"{name} has {size / 2**20:,.0f} MiB, and at most {most / 2**20:,.0f} were expected.")
-        if head.startswith(b"\x93NUMPY"):
-            return _of_array(np.load(_opened(content), allow_pickle=False), name)
-        if head.startswith(b"PK\x03\x04"):
-            return _of_npz(content, name)
-        if head.startswith(b"\x89HDF"):
-            return _of_hdf5(content, name)
-        return _of_text(content if isinstance(content, bytes) else content.read_bytes(), name)
-    except OSError as error:
-        raise Unreadable(f"{name} cannot be read ({error.strerror or error}).") from None
-    except (ValueError, EOFError, MemoryError, zipfile.BadZipFile) as error:
-        if isinstance(error, InputError):
-            raise Unreadable(str(error)) from None
-        raise Unreadable(f"{name} cannot be read ({type(error).__name__}: {error}).") from None
+    """The columns of a file, or of what was printed, called `name` in messages: NumPy's files and HDF5 by their first bytes, and otherwise text. Raises Unreadable, InputError, and whatever a library makes of a file that is broken."""
+    head = content[:8] if isinstance(content, bytes) else _head(content)
+    of_binary = next((read for begins, read in _BINARY.items() if head.startswith(begins)), None)
+    size, most = (len(content) if isinstance(content, bytes) else content.stat().st_size), LARGEST_BINARY if of_binary else LARGEST_TEXT
+    if size > most:
+        raise Unreadable(f"{name} has {size / 2**20:,.0f} MiB, and at most {most / 2**20:,.0f} were expected.")
+    if of_binary:
+        return of_binary(content, name)
+    return _of_text(content if isinstance(content, bytes) else content.read_bytes(), name)
 
 
 def _head(path: Path) -> bytes:
@@ -94,8 +83,9 @@ def _of_named(columns: Mapping[str, NDArray], name: str) -> Columns:
     return Columns(find, lambda said: key(said) is not None)
 
 
-def _of_array(array: NDArray, name: str) -> Columns:
+def _of_npy(content: Path | bytes, name: str) -> Columns:
     """An array (T, K), whose columns go by their numbers from 1, or a structured one (T,), whose fields have names."""
+    array = np.load(_opened(content), allow_pickle=False)
     if array.dtype.names:
         return _of_named({field: array[field] for field in array.dtype.names}, name)
     if array.ndim != 2:
@@ -160,6 +150,10 @@ class _Datasets(Mapping):
 
     def __len__(self) -> int:
         return len(self._paths)
+
+
+_BINARY = {b"\x93NUMPY": _of_npy, b"PK\x03\x04": _of_npz, b"\x89HDF\r\n\x1a\n": _of_hdf5}
+"""Readers of files by their first bytes."""
 
 
 def _numbers(values: NDArray, called: str) -> NDArray[np.float64]:

@@ -1,0 +1,96 @@
+"""What a program is given for the first sample of a calibration, and what it makes of it: where most mistakes are found."""
+
+from __future__ import annotations
+
+import shlex
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from graincal.campaign import Calibration, Experiment
+from graincal.cli.saying import say
+from graincal.cli.text import duration, resample, sparkline
+from graincal.data import Failure, Reference, Response, Samples
+from graincal.models import CommandModel
+from graincal.models.command.folders import PRINTED
+from graincal.notation.printable import printable
+
+LINES, WIDTH = 30, 160
+"""Lines of a file that are shown, and characters of a line."""
+
+
+def say_inputs(calibration: Calibration) -> None:
+    """Show the inputs of the first sample; nothing is run."""
+    for number, experiment in _programs(calibration).items():
+        sample = _first(calibration, number)
+        (given,) = experiment.model.given(sample, experiment.reference.control)
+        lines = [f'Inputs of the first sample in "{experiment.name}":', f"  {_parameters(sample)}"]
+        if isinstance(given, Failure):
+            say("\n".join([*lines, f"  cannot be made: {given.reason}"]))
+            continue
+        lines.append(f"  {printable(shlex.join(given.command))}")
+        lines += [f"  {printable(f'{name}={text}')}" for name, text in given.environment.items()]
+        lines += [f"  {name} is a link to {source}" for name, source in given.links.items()]
+        for name, text in given.files.items():
+            lines += [f"  {name}:", *_shown(text)]
+        say("\n".join(lines))
+
+
+def run_first(calibration: Calibration) -> Mapping[int, Response]:
+    """Run the first sample, and show what was read beside the reference. The responses by the numbers of their experiments."""
+    found = {}
+    for number, experiment in _programs(calibration).items():
+        folder = Path(tempfile.mkdtemp(prefix="graincal-check-"))
+        model = replace(experiment.model, folders=replace(experiment.model.folders, root=folder, keep="all"))
+        sample = _first(calibration, number)
+        ((_, outcome),) = replace(experiment, model=model).evaluate(sample, workers=1)
+        took = duration(outcome.details["seconds"]) if "seconds" in outcome.details else "no time"
+        lines = [f'The first sample in "{experiment.name}" took {took}; its folder: {next(folder.glob("*/attempt-*"), folder)}']
+        if isinstance(outcome, Failure):
+            lines += [f"  failed, {outcome.kind}: {outcome.reason}", *_printed(folder)]
+        else:
+            found[number] = outcome
+            lines += _beside(experiment.reference, outcome)
+        say("\n".join(lines))
+    return found
+
+
+def _programs(calibration: Calibration) -> dict[int, Experiment]:
+    """The experiments, by their numbers, whose models are programs."""
+    return {number: each for number, each in enumerate(calibration.experiments) if isinstance(each.model, CommandModel)}
+
+
+def _first(calibration: Calibration, number: int) -> Samples:
+    samples = calibration.blank_filter().under_way[0].take([0])
+    return calibration.space.seen_by(number, samples)
+
+
+def _parameters(sample: Samples) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(sample.names, sample.theta[0]))
+
+
+def _shown(text: str) -> list[str]:
+    lines = text.splitlines()
+    more = [f"    ... and {len(lines) - LINES} lines more"] if len(lines) > LINES else []
+    return [f"    {printable(line, WIDTH)}" for line in lines[:LINES]] + more
+
+
+def _printed(folder: Path) -> list[str]:
+    for file in folder.glob(f"*/attempt-*/{PRINTED}"):
+        if lines := file.read_text(encoding="utf-8").splitlines()[-LINES:]:
+            return ["  It printed last:", *(f"    {printable(line, WIDTH)}" for line in lines)]
+    return []
+
+
+def _beside(reference: Reference, response: Response) -> list[str]:
+    """Each observable of the response, and below it that of the reference, drawn alike."""
+    lines = []
+    for name, measured in reference.measured.items():
+        values = response.values[name]
+        low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))
+        for called, curve in ((name, values), ("  reference", measured)):
+            lines.append(f"    {called:20} {sparkline(resample(reference.control, curve), low, high)}  {curve.min():.4g} to {curve.max():.4g}")
+    if left_out := response.details.get("rows_left_out"):
+        lines.append(f"    {left_out:g} rows were left out, where {reference.control_name} fell back or stood still")
+    return lines
