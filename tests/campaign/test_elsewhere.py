@@ -152,6 +152,26 @@ def test_by_parsl_it_is_the_same_and_a_function_that_lies_beside_the_file_is_fou
     assert json.loads(Store.open(tmp_path / "b").meta("place"))["blocks"] == {"provider": "local", "cores_per_node": 2}
 
 
+def test_a_program_runs_by_parsl_in_the_campaigns_folder(call, tmp_path):
+    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+    program = """from soil import STRAIN, respond
+import sys
+curves = respond([float(sys.argv[1]), float(sys.argv[2])])
+print("axial_strain,stress_ratio,volumetric_strain")
+for row in zip(STRAIN.tolist(), curves["stress_ratio"].tolist(), curves["volumetric_strain"].tolist()):
+    print(*map(repr, row), sep=",")
+"""
+    command = f"""{{ kind = "command", command = ["{sys.executable}", "program.py", "{{{{ strength }}}}", "{{{{ dilatancy }}}}"], link = ["program.py", "soil.py"], keep = "all", time_limit = 60, output = {{ file = "-", columns = {{ axial_strain = "axial_strain", stress_ratio = "stress_ratio", volumetric_strain = "volumetric_strain" }} }} }}"""
+    other = ('{ kind = "python", function = "soil:respond" }', command)
+    file = write(tmp_path / "there", 'executor = "parsl"\nparsl = { provider = "local", cores_per_node = 2 }', other)
+    (tmp_path / "there" / "program.py").write_text(program)
+    called = call("calibrate", file, "-o", tmp_path / "b", "-q")
+    assert called.code == 0, called.err
+    assert call("calibrate", write(tmp_path / "here", ""), "-o", tmp_path / "a", "-q").code == 0
+    np.testing.assert_array_equal(*(gc.Result.read(tmp_path / each).iterations[-1].weights for each in "ab"))
+    assert len(list((tmp_path / "b" / "evaluations").glob("*/attempt-0"))) == 20
+
+
 def test_without_parsl_it_is_said_what_to_install(call, tmp_path, monkeypatch):
     file = write(tmp_path, 'executor = "parsl"\nparsl = { provider = "local" }')
     monkeypatch.setitem(sys.modules, "parsl", None)

@@ -99,10 +99,13 @@ def test_a_worker_is_killed(slurm, campaign, answer):
 def test_a_manager_is_killed(slurm, campaign, answer):
     process, folder = campaign
     manager = manager_of(folder)
-    workers = children(manager)
+    # Beside them it has a process of Parsl's own, which evaluates nothing; where Slurm knows processes by cgroups it ends with the job.
+    workers = [pid for pid in children(manager) if children(pid)]
+    theirs = [pid for worker in workers for pid in children(worker)]
+    assert theirs
     os.kill(manager, signal.SIGKILL)
-    took = wait_until(lambda: not any(map(lives, workers)), 30, "the end of its workers")
-    say("manager killed", f"its workers were gone after {took:.1f} s, the next outcome {goes_on(folder, 1):.0f} s after that")
+    took = wait_until(lambda: not any(map(lives, workers + theirs)), 30, "the end of its workers")
+    say("manager killed", f"its workers, and what they ran, were gone after {took:.1f} s, the next outcome {goes_on(folder, 1):.0f} s after that")
     ends_well(process, folder, answer)
 
 

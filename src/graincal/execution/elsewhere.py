@@ -248,4 +248,5 @@ class OnNamedExecutor(Elsewhere):
             futures = list(self._under_way.values())
         for future in futures:
             future.cancel()
-        self._executor.shutdown(wait=False)
+        # Workers that have nothing to do end at once, and are not left to the end of the process.
+        self._executor.shutdown(wait=not futures)
