@@ -102,10 +102,13 @@ def test_a_manager_is_killed(slurm, campaign, answer):
     # Beside them it has a process of Parsl's own, which evaluates nothing; where Slurm knows processes by cgroups it ends with the job.
     workers = [pid for pid in children(manager) if children(pid)]
     theirs = [pid for worker in workers for pid in children(worker)]
+    others = [pid for pid in children(manager) if pid not in workers]
     assert theirs
     os.kill(manager, signal.SIGKILL)
     took = wait_until(lambda: not any(map(lives, workers + theirs)), 30, "the end of its workers")
     say("manager killed", f"its workers, and what they ran, were gone after {took:.1f} s, the next outcome {goes_on(folder, 1):.0f} s after that")
+    for pid in filter(lives, others):
+        os.kill(pid, signal.SIGKILL)
     ends_well(process, folder, answer)
 
 
