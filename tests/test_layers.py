@@ -14,8 +14,10 @@ ROOT = Path(graincal.__file__).parent
 LAYERS = [
     ["lazily", "build", "suggestion", "notation"],
     ["errors"],
+    ["arrays", "constraint"],
+    ["parameter_space"],
     ["files", "positions", "drawing"],
-    ["notebook", "laboratory"],
+    ["notebook", "laboratory", "grainlearning"],
     ["data"],
     ["interpolation", "execution", "dem"],
     ["models"],

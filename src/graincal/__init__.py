@@ -10,10 +10,11 @@ if TYPE_CHECKING:
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
-    from graincal.models import CommandModel, ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
+    from graincal.models import ByHandModel, CommandModel, ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
     from graincal.result import Result
 
 __all__ = [
+    "ByHandModel",
     "CandidateTest",
     "CommandModel",
     "ConstantMeanStressTest",
@@ -60,7 +61,7 @@ _find = exported(
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],
-        "graincal.models": ["CommandModel", "ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
+        "graincal.models": ["ByHandModel", "CommandModel", "ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
         "graincal.result": ["Result"],
     },
 )

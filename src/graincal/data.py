@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
@@ -11,180 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from graincal.arrays import read_only
 from graincal.errors import InputError
 from graincal.notation.printable import as_text, printable
+from graincal.parameter_space import ParameterSpace, Samples
+
+__all__ = ["LONGEST_NAME", "Failure", "InputError", "MeasurementError", "ParameterSpace", "Reference", "Response", "Samples"]
 
 if TYPE_CHECKING:
     from graincal.laboratory import Test
-
-
-def _read_only(values: ArrayLike, *, ndim: int, what: str) -> NDArray[np.float64]:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must hold numbers only.") from None
-    if array.ndim != ndim:
-        raise InputError(f"{what} must have {ndim} dimension{'s' if ndim > 1 else ''}, not {array.ndim}.")
-    array.setflags(write=False)
-    return array
-
-
-@dataclass(frozen=True, init=False, eq=False)
-class ParameterSpace:
-    """The unknown parameters and the box of their ranges.
-
-    `ranges` maps each name to (low, high), in the order of theta's columns; `units` maps names to units, for axes and tables. `per_experiment` names
-    the parameters that have a value of their own in each experiment; a calibration makes an unknown for each of these values (`for_experiments`).
-
-    >>> ParameterSpace({"log_E": (7, 11), "phi": (0, 60)}, units={"log_E": "log10 Pa", "phi": "deg"}).names
-    ('log_E', 'phi')
-    """
-
-    names: tuple[str, ...]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    units: tuple[str, ...]
-    per_experiment: tuple[str, ...]
-    parameters: tuple[str, ...]
-    """For each of theta's columns, the name of the parameter that it is a value of: that of the column, unless it is one of several values."""
-    experiments: tuple[int | None, ...]
-    """For each of theta's columns, the number of the one experiment whose value it is, from 0; None for all of them."""
-
-    def __init__(
-        self, ranges: Mapping[str, tuple[float, float]], units: Mapping[str, str] | None = None, per_experiment: Collection[str] = ()
-    ) -> None:
-        units = dict(units or {})
-        if not ranges:
-            raise InputError("parameters: at least one parameter with its range is needed.")
-        for name, limits in ranges.items():
-            try:
-                low, high = (float(limit) for limit in limits)
-            except (TypeError, ValueError, OverflowError):
-                low = high = np.nan
-            if not (np.isfinite(low) and np.isfinite(high) and low < high and np.isfinite(high - low)):
-                raise InputError(f"parameters.{name}: range must be [low, high] with finite low < high, not {limits!r}.")
-        if unknown := set(units) - set(ranges):
-            raise InputError(f"units: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
-        if unknown := set(per_experiment) - set(ranges):
-            raise InputError(f"per_experiment: {', '.join(sorted(unknown))} is not among the parameters {', '.join(ranges)}.")
-        object.__setattr__(self, "names", tuple(ranges))
-        object.__setattr__(self, "low", _read_only([limits[0] for limits in ranges.values()], ndim=1, what="low"))
-        object.__setattr__(self, "high", _read_only([limits[1] for limits in ranges.values()], ndim=1, what="high"))
-        object.__setattr__(self, "units", tuple(units.get(name, "") for name in ranges))
-        object.__setattr__(self, "per_experiment", tuple(name for name in ranges if name in per_experiment))
-        object.__setattr__(self, "parameters", self.names)
-        object.__setattr__(self, "experiments", (None,) * len(self.names))
-
-    @classmethod
-    def paper(cls) -> ParameterSpace:
-        """The ranges of Hartmann, Cheng, Thornton (2022), Table 2."""
-        return cls(
-            {"log_E": (7, 11), "nu": (0, 0.5), "phi": (0, 60), "beta_m": (0, 1), "eta_m": (0, 1)},
-            units={"log_E": "log10 Pa", "phi": "deg"},
-        )
-
-    @property
-    def size(self) -> int:
-        """The number of parameters n."""
-        return len(self.names)
-
-    @property
-    def log_volume(self) -> float:
-        """The log of the box's volume, in the parameters' own units: minus the log density of a uniform prior."""
-        return float(np.log(self.high - self.low).sum())
-
-    def contains(self, theta: ArrayLike) -> NDArray[np.bool_]:
-        """Which rows of theta (N, n) lie in the box: (N,)."""
-        theta = np.atleast_2d(theta)
-        return np.all((theta >= self.low) & (theta <= self.high), axis=1)
-
-    def from_unit(self, unit: ArrayLike) -> NDArray[np.float64]:
-        """Map the unit cube (N, n) onto the box."""
-        return self.low + np.asarray(unit, dtype=np.float64) * (self.high - self.low)
-
-    def to_unit(self, theta: ArrayLike) -> NDArray[np.float64]:
-        """Map the box (N, n) onto the unit cube."""
-        return (np.asarray(theta, dtype=np.float64) - self.low) / (self.high - self.low)
-
-    def for_experiments(self, experiments: Sequence[str]) -> ParameterSpace:
-        """The unknowns of a calibration of these experiments, by their names: of a parameter in `per_experiment`, one for each experiment, side by side.
-
-        With one experiment each parameter has one value, whether in `per_experiment` or not. Raises InputError where two unknowns would bear one name.
-
-        >>> ParameterSpace({"phi": (0, 60), "eta_m": (0, 1)}, per_experiment=["eta_m"]).for_experiments(["0.5 MPa", "1 MPa"]).names
-        ('phi', 'eta_m (0.5 MPa)', 'eta_m (1 MPa)')
-        """
-        if self._told_apart:
-            expected = [name if number is None else _of_experiment(name, experiments, number) for name, number in zip(self.parameters, self.experiments)]
-            if list(self.names) != expected:
-                raise InputError(f"parameters: {', '.join(self.names)} are those of other experiments than {', '.join(experiments)}.")
-            return self
-        own = self.per_experiment if len(experiments) > 1 else ()
-        columns = [(k, number) for k, name in enumerate(self.names) for number in (range(len(experiments)) if name in own else (None,))]
-        names = [self.names[k] if number is None else _of_experiment(self.names[k], experiments, number) for k, number in columns]
-        if twice := next((name for name in names if names.count(name) > 1), None):
-            raise InputError(f'parameters: two unknowns would be called "{twice}"; give the parameters, or the experiments, other names.')
-        space = self._of_columns([k for k, _ in columns], names)
-        object.__setattr__(space, "per_experiment", own)
-        object.__setattr__(space, "parameters", tuple(self.names[k] for k, _ in columns))
-        object.__setattr__(space, "experiments", tuple(number for _, number in columns))
-        return space
-
-    def of_experiment(self, experiment: int) -> ParameterSpace:
-        """The parameters as the model of an experiment (by its number, from 0) knows them: as they were before `for_experiments`, all of one value."""
-        seen = self._seen(experiment)
-        return self._of_columns(seen, [self.parameters[k] for k in seen])
-
-    def columns(self, experiment: int) -> slice | NDArray[np.intp]:
-        """An index of the columns of theta that the model of an experiment sees, in the order of `of_experiment`; where that is all, it copies nothing."""
-        seen = self._seen(experiment)
-        return slice(None) if len(seen) == self.size else np.array(seen, dtype=np.intp)
-
-    def seen_by(self, experiment: int, samples: Samples) -> Samples:
-        """The samples as the model of an experiment sees them: each with the values that belong to it, under the parameters' own names."""
-        return Samples(samples.ids, samples.theta[:, self.columns(experiment)], tuple(self.parameters[k] for k in self._seen(experiment)))
-
-    def check_experiments(self, count: int) -> None:
-        """Raise InputError where parameters have a value for each experiment, and the unknowns are not those of so many experiments."""
-        told_apart = {number for number in self.experiments if number is not None}
-        if self.per_experiment and told_apart != (set(range(count)) if count > 1 else set()):
-            raise InputError(
-                f"parameters: {', '.join(self.per_experiment)} is to have a value of its own in each experiment, and for {count} reference{'s' * (count > 1)} "
-                f"space.for_experiments(names) with as many names was expected."
-            )
-
-    @property
-    def _told_apart(self) -> bool:
-        return any(number is not None for number in self.experiments)
-
-    def _seen(self, experiment: int) -> list[int]:
-        return [k for k, number in enumerate(self.experiments) if number is None or number == experiment]
-
-    def _of_columns(self, columns: Sequence[int], names: Sequence[str]) -> ParameterSpace:
-        """A space of some columns of this one, under other names."""
-        ranges = {name: (self.low[k], self.high[k]) for k, name in zip(columns, names)}
-        return ParameterSpace(ranges, {name: self.units[k] for k, name in zip(columns, names)})
-
-
-def _of_experiment(name: str, experiments: Sequence[str], number: int) -> str:
-    """What a parameter's value in one experiment is called."""
-    return f"{name} ({experiments[number]})" if number < len(experiments) else name
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Points of the parameter space to be evaluated: `ids` (N,) integers, `theta` (N, n) in the order of `names`."""
-
-    ids: NDArray[np.int64]
-    theta: NDArray[np.float64]
-    names: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def take(self, rows: ArrayLike) -> Samples:
-        """The given rows (indices or mask), in that order."""
-        return Samples(self.ids[rows], self.theta[rows], self.names)
 
 
 @dataclass(frozen=True)
@@ -264,8 +99,8 @@ class Reference:
         turned: tuple[str, ...] = (),
         idle: tuple[str, ...] = (),
     ) -> None:
-        control = _read_only(control, ndim=1, what=f"reference: {control_name}")
-        columns, beside = ({name: _read_only(values, ndim=1, what=f"reference: {name}") for name, values in each.items()} for each in (observables, recorded or {}))
+        control = read_only(control, ndim=1, what=f"reference: {control_name}")
+        columns, beside = ({name: read_only(values, ndim=1, what=f"reference: {name}") for name, values in each.items()} for each in (observables, recorded or {}))
         if not columns:
             raise InputError("reference: at least one observable is needed.")
         if twice := [name for name in beside if name in columns]:

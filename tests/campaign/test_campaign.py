@@ -174,13 +174,19 @@ def test_a_model_on_another_control_is_interpolated():
         ({"workers": 0}, 'workers must be a whole number above 0 or "all", not 0'),
         ({"seed": -1}, "seed must be a whole number, not negative, not -1"),
         ({"max_evaluations": 3}, "does not hold one iteration of 20 samples"),
-        ({"reference": gc.Reference(STRAIN, {"pore_pressure": STRAIN})}, "the model returns stress_ratio, volumetric_strain, void_ratio, and the reference needs pore_pressure too"),
     ],
 )
 def test_what_cannot_be_calibrated_is_said(change, said):
     options = {"model": model(), "reference": reference(), "space": SPACE, "method": "iterative-bayesian"} | change
     with pytest.raises(gc.InputError, match=said):
         gc.calibrate(**options)
+
+
+def test_a_model_that_returns_something_else_fails_evaluation_by_evaluation():
+    found = gc.calibrate(model(), gc.Reference(STRAIN, {"pore_pressure": STRAIN}), SPACE, method="iterative-bayesian", seed=4)
+    said = {kind: reason for kind, reason, _ in found.failure_kinds()}
+    assert found.stopped_by == "failures" and found.failures == found.evaluations
+    assert said["output"] == "the model returns stress_ratio, volumetric_strain, void_ratio, and the reference needs pore_pressure too."
 
 
 def test_the_python_face_is_whole():

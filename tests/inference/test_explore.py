@@ -31,7 +31,7 @@ def about(centre, width, seed=0):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_narrow_mode_near_which_fewer_data_led_is_not_lost(seed):
-    lost = temper(log_likelihood, SPACE.size, 1024, np.random.default_rng(seed))
+    lost = temper(log_likelihood, SPACE, 1024, np.random.default_rng(seed))
     assert np.all(lost.unit.mean(axis=1) < 0.6), "tempering finds it by itself, and this test says nothing"
     found = explore(SPACE, log_likelihood, np.random.default_rng(seed), near=about(0.752, 0.006))
     assert not found.tempered

@@ -10,12 +10,14 @@ from typing import Any
 import typer
 
 from graincal.cli.advise import advise
+from graincal.cli.ask import ask
 from graincal.cli.calibrate import calibrate
 from graincal.cli.check import check
 from graincal.cli.compare import compare
 from graincal.cli.demo import demo
 from graincal.cli.explore import explore
 from graincal.cli.export import export
+from graincal.cli.import_runs import import_runs
 from graincal.cli.init import init
 from graincal.cli.pack import pack
 from graincal.cli.predict import predict
@@ -24,6 +26,7 @@ from graincal.cli.reproduce import reproduce
 from graincal.cli.resume import resume
 from graincal.cli.simulate import simulate
 from graincal.cli.status import status
+from graincal.cli.tell import tell
 from graincal.cli.version import print_version
 from graincal.data import InputError
 from graincal.execution.interrupts import ENDING
@@ -35,6 +38,8 @@ app.command(epilog="Example:  graincal check calibration.toml --plot references.
 app.command(epilog="Example:  graincal calibrate calibration.toml -o campaign")(calibrate)
 app.command(epilog="Example:  graincal explore calibration.toml --to 0.25 --runs 500 -o library")(explore)
 app.command(epilog="Example:  graincal resume campaign --max-evaluations 200")(resume)
+app.command(epilog="Example:  graincal ask campaign > samples.csv")(ask)
+app.command(epilog="Example:  graincal tell campaign runs")(tell)
 app.command(epilog="Example:  graincal status campaign --json")(status)
 app.command(epilog="Example:  graincal report campaign --figures png --figures pdf")(report)
 app.command(epilog="Example:  graincal predict campaign --confining-pressure 1e6 --against other.csv --plot prediction.png")(predict)
@@ -43,6 +48,7 @@ app.command(epilog='Example:  graincal advise campaign --test undrained --test "
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
 app.command(epilog="Example:  graincal reproduce hartmann2022 --study proof --data DATA -o studies")(reproduce)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
+app.add_typer(import_runs, name="import")
 app.add_typer(simulate, name="simulate")
 
 

@@ -101,11 +101,14 @@ def _question(question) -> str:
 
 def _say_calibration(calibration: Calibration) -> None:
     """Parameters, experiments, and what was known before."""
+    from graincal.campaign.asked.prior import beside_ranges
     from graincal.inference import IterativeBayesianFilter, sample_size_advice
 
     space = calibration.space
     for name, low, high, unit in zip(space.names, space.low, space.high, space.units):
         say(f"parameter {name}: {low:g} to {high:g} {unit}".rstrip())
+    for sentence in beside_ranges(space):
+        say(sentence)
     for experiment in calibration.experiments:
         say("\n".join(_describe(experiment, calibration.method)))
     for source in calibration.known.sources if calibration.known else ():
@@ -168,7 +171,7 @@ def _describe_reference(reference: Reference) -> list[str]:
 
 
 def _describe_model(experiment: Experiment) -> list[str]:
-    from graincal.models import CommandModel, StressPathTest
+    from graincal.models import ByHandModel, CommandModel, StressPathTest
     from graincal.models.contact_laws import DEFAULT_LAW
 
     model, lines = experiment.model, [f'experiment "{experiment.name}"']
@@ -185,6 +188,9 @@ def _describe_model(experiment: Experiment) -> list[str]:
         lines += [f"  fixed: {name} = {value:g}" for name, value in model.fixed.items()]
     elif isinstance(model, CommandModel):
         lines.append(f"  command: {printable(shlex.join(model.command))}")
+    elif isinstance(model, ByHandModel):
+        derived = f", derived: {', '.join(model.derived)}" if model.derived else ""
+        lines.append(f"  runs are made by hand{derived}; a file of each holds {', '.join(model.returned) if model.returned else 'columns by the names of the quantities'}")
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")
     return lines

@@ -15,6 +15,7 @@ from graincal.campaign import Calibration, Listener
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.examination import Examination, examine
 from graincal.campaign.run.running import REPORT
+from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.store import holds_campaign
 from graincal.cli.console import PrintableConsole
 from graincal.cli.progress import Progress
@@ -40,11 +41,14 @@ def accepted(file: Path, found: Examination, *, accept: bool) -> tuple[Calibrati
     return found.calibration, found.problems
 
 
-def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result:
-    """Start a campaign, show how it goes and what it found, and return that. Ctrl-C says how to go on with it."""
+def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> Result | None:
+    """Start a campaign, show how it goes and what it found, and return that; None where it waits for runs that are made by hand, which is said. Ctrl-C says how to go on with it."""
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
-    with stopped_in_words(folder), Progress(console) as progress:
-        result = start([progress])
+    try:
+        with stopped_in_words(folder), Progress(console) as progress:
+            result = start([progress])
+    except RunsWait as waits:
+        return console.print(str(waits), soft_wrap=True)
     show(result, folder, console)
     if result.failed.all():
         raise InputError(f"{folder}: every evaluation failed, so nothing was calibrated; correct what the reasons name and begin again in a new folder.")
@@ -56,8 +60,11 @@ def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, q
     from graincal.campaign.found.status import status
 
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
-    with stopped_in_words(folder), Progress(console) as progress:
-        start([progress])
+    try:
+        with stopped_in_words(folder), Progress(console) as progress:
+            start([progress])
+    except RunsWait as waits:
+        return console.print(str(waits), soft_wrap=True)
     console.print(f"{status(folder)['stopped_because']} Stored in {folder}.", soft_wrap=True)
 
 
@@ -75,8 +82,11 @@ def stopped_in_words(folder: Path) -> Iterator[None]:
 
 
 def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
-    """Run a campaign and write its report into its folder."""
-    path = run(folder, start, quiet=quiet).report(folder / REPORT)
+    """Run a campaign and write its report into its folder, unless it waits for runs that are made by hand."""
+    result = run(folder, start, quiet=quiet)
+    if result is None:
+        return
+    path = result.report(folder / REPORT)
     if not quiet:
         say(f"Report: {path}")
 

@@ -59,6 +59,8 @@ def _lines(status: dict[str, Any]) -> list[str]:
     lines += [each["text"] for each in status["remarks"] if each["code"] in _ALWAYS or (each["level"] == "doubt" and each["code"] != "preliminary")]
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
+    elif status["state"] == "waiting":
+        lines += [f"{status['by_hand']} runs wait to be made by hand: graincal ask {status['folder']} prints which, and graincal tell {status['folder']} FOLDER takes what they give"]
     elif status["state"] == "interrupted":
         lines.append(f"go on with: graincal resume {status['folder']}")
     return lines

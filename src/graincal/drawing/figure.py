@@ -137,10 +137,11 @@ def log_axis(label: str, values: Array, *, limits: tuple[float, float] | None = 
     every = max(1, int(decades // 5))
     powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1, every)
     ticks = [step * 10.0**power for power in powers for step in steps]
-    return Axis(label, (low, high), True, tuple((tick, _tick_text(tick)) for tick in ticks if low <= tick <= high))
+    return Axis(label, (low, high), True, tuple((tick, tick_text(tick)) for tick in ticks if low <= tick <= high))
 
 
-def _tick_text(tick: float) -> str:
+def tick_text(tick: float) -> str:
+    """A round number on a logarithmic axis: `0.5`, `10^{7}`, `2·10^{7}`."""
     if 1e-3 <= tick < 1e5:
         return f"{tick:g}"
     power = int(np.floor(np.log10(tick) + 1e-9))

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from graincal.lazily import exported
+from graincal.models.by_hand import ByHandModel
 from graincal.models.element_tests import TESTS, ConstantMeanStressTest, IsotropicTest, OedometricTest, TableTest, TriaxialTest, UndrainedTest
 from graincal.models.model import Model
 from graincal.models.stress_path import StressPathTest
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "TESTS",
+    "ByHandModel",
     "CommandModel",
     "ConstantMeanStressTest",
     "IsotropicTest",

@@ -108,15 +108,18 @@ def unusual_parameters(values: Mapping[str, tuple[float, ...]]) -> list[str]:
 
 def check_units(space: ParameterSpace, law: str) -> None:
     """Raise InputError for a unit that a parameter of the contact law does not have: values are never converted."""
-    for name, unit in zip(space.names, space.units):
+    for name, unit in (*zip(space.names, space.units), *space.units_of_fixed.items()):
         if name in LAWS[law].names and unit and unit not in (known := LAWS[law].parameter(name).units):
             raise InputError(
-                f'parameters.{name}.unit must be "{known[0]}" or left out, in which the contact law takes {name}, not "{unit}": nothing is converted, so write the range in that unit.'
+                f'parameters.{name}.unit must be "{known[0]}" or left out, in which the contact law takes {name}, not "{unit}": nothing is converted, so write the {"value" if name in space.fixed else "range"} in that unit.'
             )
 
 
 def check_ranges(space: ParameterSpace, law: str) -> None:
-    """Raise InputError for a range in which the contact law does not mean something throughout."""
+    """Raise InputError for a range in which the contact law does not mean something throughout, and for such a value of a parameter that is fixed."""
+    for name, value in space.fixed.items():
+        if name in LAWS[law].names and (parameter := LAWS[law].parameter(name)).excludes(value):
+            raise InputError(f"parameters.{name}.fixed must be a number {parameter.limits}, where the contact law means something, not {value:g}{parameter.meant(value)}.")
     for name, low, high in zip(space.names, space.low, space.high):
         if name not in LAWS[law].names:
             continue

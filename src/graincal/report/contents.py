@@ -81,13 +81,14 @@ def _compose_posterior(page: Page, result: Record, emulated: Emulated | None, fi
     """What the method "posterior" found."""
     page.items(verdict.found(result, emulated))
     if emulated:
-        page.paragraph([verdict.rule()], "note")
+        page.paragraph([verdict.rule(result.space)], "note")
         page.paragraph([verdict.emulator_rule()], "note")
     page.paragraph([errors_rule()], "note")
     figure_of("responses", "Reference and responses")
     if emulated:
         page.heading("Parameters")
         page.table(tables.of_identified(emulated, verdict.verdicts(emulated)))
+        page.paragraph(tables.of_prior(result), "note")
         page.paragraph([verdict.fits_rule(result.fits_about_as_well)], "note")
         if informing := tables.of_informing(emulated):
             page.paragraph(["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."])
@@ -125,6 +126,7 @@ def _compose_iterations(page: Page, result: Record, figure_of: Callable[..., Non
     figure_of("posterior", "Posterior")
     page.heading("Parameters")
     page.table(tables.of_parameters(result, findings))
+    page.paragraph(tables.of_prior(result), "note")
     if groups := tables.of_groups(result):
         page.paragraph(["Groups of parameter values among which the weight is divided:"])
         page.table(groups)

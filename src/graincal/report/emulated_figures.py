@@ -7,19 +7,23 @@ from dataclasses import replace
 import numpy as np
 
 from graincal.campaign.found.emulated import DRAWN, Emulated
+from graincal.campaign.found.record import on_states
 from graincal.campaign.found.recorded import in_percent, recorded_of_answer
 from graincal.campaign.found.remarks import RIDGE
-from graincal.data import Response
-from graincal.drawing.figure import Array, Axis, Band, Bars, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
+from graincal.data import ParameterSpace, Response
+from graincal.drawing.figure import Array, Axis, Band, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
 from graincal.drawing.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, RANGE, THRESHOLD, VERMILLION, Style
 from graincal.inference.sampling.posterior import PROBABILITY
+from graincal.inference.sampling.samples import halton
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
-from graincal.report.pairs import bare, cell, centres, ends, few_ticks, in_lines, truth_of_pair, truth_of_parameter
+from graincal.report.pairs import axis_of_parameter, bare, bars, cell, centres, ends, histogram, in_lines, truth_of_pair, truth_of_parameter
 from graincal.report.responses import NOT_FITTED, UNSEEN, bands, control_axis, measured_points, on_axis, prefix, side_by_side
 
 _MOST = f"{100 * PROBABILITY:.0f} %"
 _BINS = 24
+OF_PRIOR = 20_000
+"""Samples that a prior is drawn by which is not even."""
 _SAMPLE = Style(BLUE, size=4, opacity=0.35)
 _RING = Style(VERMILLION, symbol="ring", size=14)
 
@@ -60,12 +64,13 @@ def _recorded_panel(emulated: Emulated, number: int, name: str, at_answer: list[
     """What was recorded of a quantity and not fitted, in the experiment of a number, beside the runs at the answer and the range of those that fit about as well."""
     result, experiment, shown = emulated.result, emulated.result.experiments[number], quantity(name)
     axis, x = control_axis(experiment)
-    responses = [run for id in emulated.likely if isinstance(run := result.response(int(id), number), Response)]
+    states = result.states(number)
+    responses = [run for id in emulated.likely if isinstance(run := on_states(result.response(int(id), number), states), Response)]
     curves = np.array([run.values[name] for run in responses if np.isfinite(run.values[name]).all()])
     marks: list[Mark] = []
     if len(curves) > 1:
         low, high = shown.scale * curves.min(axis=0), shown.scale * curves.max(axis=0)
-        marks += bands(on_axis(experiment, result.states(number)), low, high, RANGE, "range of the runs that fit about as well")
+        marks += bands(on_axis(experiment, states), low, high, RANGE, "range of the runs that fit about as well")
     marks += [Line(on_axis(experiment, run.control), run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in at_answer]
     marks.append(measured_points(experiment, name, x))
     (error,) = (each for each in recorded_of_answer(result) if (each.experiment, each.name) == (experiment.name, name))
@@ -78,7 +83,7 @@ def draw_emulated_pairs(emulated: Emulated) -> Figure:
     axes = [_axis(emulated, k, in_lines(shown.axis)) for k, shown in enumerate(parameters(space))]
     n = len(axes)
     title = f"The posterior, by {DRAWN} of its samples."
-    said = "Histograms are of the probability; the dotted line is the prior, even over the whole range. Axes span the posterior, grey lines are ends of a range."
+    said = f"Histograms are of the probability; the dotted line is the prior{', even over the whole range' if space.is_even else ''}. Axes span the posterior, grey lines are ends of a range."
     if n == 1:
         panel = Panel("", axes[0], Axis("probability [-]"), _histogram(emulated, 0, axes[0]))
         return Figure("posterior", title, said, (panel,))
@@ -129,8 +134,7 @@ def _axis(emulated: Emulated, k: int, label: str) -> Axis:
     low, high = emulated.posterior.interval(0.998)[:, k]
     values = [low, high, result.answer.theta[k], result.truth.get(space.names[k], low)]
     low, high = float(min(values)), float(max(values))
-    margin = 0.06 * (high - low) or 0.01 * float(space.high[k] - space.low[k])
-    return Axis(label, (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
+    return axis_of_parameter(space, k, label, low, high)
 
 
 def _panel(emulated: Emulated, axes: list[Axis], row: int, column: int) -> Panel:
@@ -149,13 +153,22 @@ def _panel(emulated: Emulated, axes: list[Axis], row: int, column: int) -> Panel
     return Panel("", x, axes[row] if column == 0 else bare(axes[row]), marks)
 
 
+def _prior(space: ParameterSpace, k: int, edges: Array) -> Mark:
+    """The prior's probability in the bins of a parameter's histogram."""
+    style = replace(LIMIT, dash="dot")
+    if space.is_even:
+        return Level(float((edges[1] - edges[0]) / (space.high[k] - space.low[k])), style, "prior")
+    theta = halton(space, OF_PRIOR, np.random.default_rng(0))
+    heights, _ = np.histogram(theta[:, k], bins=edges)
+    return Line(np.repeat(edges, 2)[1:-1], np.repeat(heights / OF_PRIOR, 2), style, "prior")
+
+
 def _histogram(emulated: Emulated, k: int, axis: Axis) -> tuple[Mark, ...]:
     space, posterior = emulated.result.space, emulated.posterior
-    heights, edges = np.histogram(posterior.samples[:, k], bins=_BINS, range=axis.limits, weights=posterior.weights)
-    even = (edges[1] - edges[0]) / (space.high[k] - space.low[k])
+    heights, edges = histogram(posterior.samples[:, k], posterior.weights, _BINS, axis)
     return (
-        Bars(edges, heights, replace(_SAMPLE, opacity=0.85)),
-        Level(float(even), replace(LIMIT, dash="dot"), "prior"),
+        bars(edges, heights, replace(_SAMPLE, opacity=0.85), axis),
+        _prior(space, k, edges),
         *ends(space, k, axis, upright=True),
         *truth_of_parameter(emulated.result, k, upright=True),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,21 +10,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from graincal.campaign.found.findings import effective_samples, telling_correlation
 from graincal.campaign.found.record import Record
 from graincal.data import ParameterSpace
-from graincal.drawing.figure import Axis, Bars, Figure, Level, Panel, Points
+from graincal.drawing.figure import Axis, Band, Bars, Figure, Level, Panel, Points, tick_text
 from graincal.drawing.palette import BLUE, CENTRE, FAILED, LIMIT, TRUTH, VERMILLION, Style, colours_of, sign_colour
 from graincal.inference import Iteration
 from graincal.inference.sampling.groups import Group, find_groups
 from graincal.notation.numbers import count, percent, short, signed
 from graincal.notation.quantities import Quantity, parameters
+from graincal.parameter_space import LOG
 
 if TYPE_CHECKING:
     from graincal.campaign.found.emulated import Mode
 
 _BINS = 12
+FACTOR = 5.0
+"""Between values that a logarithmic axis shows otherwise than a plain one."""
 _LABEL = 20
 """Characters of a line of a label: what a cell is wide."""
 _SMALLEST, _LARGEST = 4.0, 13.0
@@ -71,8 +76,16 @@ def _axis(result: Record, iteration: Iteration, k: int, shown: Quantity) -> Axis
     values = iteration.samples.theta[:, k]
     truth = result.truth.get(result.space.names[k], values[0])
     low, high = float(min(values.min(), truth)), float(max(values.max(), truth))
-    margin = 0.06 * (high - low) or 0.01 * float(result.space.high[k] - result.space.low[k])
-    return Axis(in_lines(shown.axis), (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
+    return axis_of_parameter(result.space, k, in_lines(shown.axis), low, high)
+
+
+def axis_of_parameter(space: ParameterSpace, k: int, label: str, low: float, high: float) -> Axis:
+    """An axis from one value of a parameter to another, and a little beyond; logarithmic for one whose prior is uniform in the logarithm, where the values are a factor apart that shows it."""
+    if space.scales[k] == LOG and high > FACTOR * low:
+        beyond = (high / low) ** 0.06
+        return Axis(label, (low / beyond, high * beyond), log=True, ticks=few_powers(low / beyond, high * beyond))
+    margin = 0.06 * (high - low) or 0.01 * float(space.high[k] - space.low[k])
+    return Axis(label, (low - margin, high + margin), ticks=few_ticks(low - margin, high + margin))
 
 
 def in_lines(label: str) -> str:
@@ -95,6 +108,33 @@ def few_ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
         inside = [float(tick) for tick in ticks if low + edge <= tick <= high - edge]
         bins += 1
     return tuple((tick, short(tick)) for tick in (inside[0], inside[-1]))
+
+
+def few_powers(low: float, high: float) -> tuple[tuple[float, str], ...]:
+    """Two ticks of a logarithmic axis, at round numbers, neither so near a cell's edge that its text would run into the next cell's."""
+    edge = (high / low) ** 0.1
+    for steps in ((1.0,), (1.0, 2.0, 5.0), tuple(np.arange(1.0, 10.0))):
+        ticks = [step * 10.0**power for power in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for step in steps]
+        inside = [tick for tick in ticks if low * edge <= tick <= high / edge]
+        if len(inside) > 1:
+            break
+    return tuple((tick, tick_text(tick)) for tick in (inside[0], inside[-1]))
+
+
+def histogram(samples: NDArray[np.float64], weights: NDArray[np.float64], bins: int, axis: Axis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The weight in each of so many bins along an axis, (B,), and the edges of these, (B + 1,)."""
+    low, high = axis.limits
+    if not axis.log:
+        return np.histogram(samples, bins=bins, range=axis.limits, weights=weights)
+    return np.histogram(samples, bins=np.geomspace(low, high, bins + 1), weights=weights)
+
+
+def bars(edges: NDArray[np.float64], heights: NDArray[np.float64], style: Style, axis: Axis) -> Bars | Band:
+    """A histogram on an axis; on a logarithmic one by its outline, for there bars have no width of their own."""
+    if not axis.log:
+        return Bars(edges, heights, style)
+    outline = np.repeat(heights, 2)
+    return Band(np.repeat(edges, 2)[1:-1], np.zeros_like(outline), outline, style)
 
 
 def ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[Level]:
@@ -124,9 +164,9 @@ def centres(groups: Sequence[Group | Mode], row: int, column: int) -> tuple[Poin
     return (Points(x, y, CENTRE, "centre of a group", notes=tuple(f"centre of a group with {100 * group.share:.0f} % of the weight" for group in groups)),)
 
 
-def _histogram(result: Record, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Level, ...]:
-    heights, edges = np.histogram(iteration.samples.theta[:, k], bins=_BINS, range=axis.limits, weights=iteration.final_weights)
-    return (Bars(edges, heights, _WEIGHTED), *ends(result.space, k, axis, upright=True), *truth_of_parameter(result, k, upright=True))
+def _histogram(result: Record, iteration: Iteration, k: int, axis: Axis) -> tuple[Bars | Band | Level, ...]:
+    heights, edges = histogram(iteration.samples.theta[:, k], iteration.final_weights, _BINS, axis)
+    return (bars(edges, heights, _WEIGHTED, axis), *ends(result.space, k, axis, upright=True), *truth_of_parameter(result, k, upright=True))
 
 
 def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> tuple[Level | Points, ...]:

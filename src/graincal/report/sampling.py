@@ -11,6 +11,7 @@ from graincal.inference import Iteration, Stop
 from graincal.inference.iterative.close_fits import close_fits
 from graincal.notation.numbers import count, percent, value
 from graincal.notation.quantities import parameters
+from graincal.parameter_space import LOG
 from graincal.report.answer import answer_of
 
 _COLOURS = 12
@@ -45,8 +46,7 @@ def draw_samples(result: Record) -> Figure | None:
             marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {percent(close.limit)}"))
         if (truth := result.truth.get(result.space.names[k])) is not None:
             marks.append(Level(truth, TRUTH, "truth", upright=True))
-        margin = 0.03 * (high - low)
-        panels.append(Panel("", Axis(shown.axis, (low - margin, high + margin)), errors, tuple(marks)))
+        panels.append(Panel("", _over_range(shown.axis, low, high, result.space.scales[k]), errors, tuple(marks)))
     if result.has_posterior:
         iterations, below = f"{len(result.iterations)} batch{'es' * (len(result.iterations) > 1)}", ""
         if result.failures:
@@ -62,6 +62,15 @@ def draw_samples(result: Record) -> Figure | None:
         "Each point is one evaluation, with its error ε; darker points are of later ones, and the grey lines are the ends of the range." + below,
         tuple(panels),
     )
+
+
+def _over_range(label: str, low: float, high: float, scale: str) -> Axis:
+    """An axis over the whole range of a parameter, and a little beyond."""
+    if scale == LOG:
+        beyond = (high / low) ** 0.03
+        return log_axis(label, np.array([low, high]), limits=(low / beyond, high * beyond))
+    margin = 0.03 * (high - low)
+    return Axis(label, (low - margin, high + margin))
 
 
 def draw_convergence(result: Record) -> Figure | None:

@@ -11,6 +11,7 @@ import numpy as np
 from graincal.campaign import Calibration, Experiment
 from graincal.campaign.asked.calibration import CRITERIA
 from graincal.campaign.asked.errors import describe_errors
+from graincal.campaign.asked.prior import beside_ranges
 from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.findings import Finding
 from graincal.campaign.found.record import Record
@@ -54,6 +55,11 @@ def of_parameters(result: Record, findings: tuple[Finding, ...]) -> Table:
         row += [numbers.value(candidate.theta[k]) for candidate in candidates.values()]
         rows.append(tuple(row))
     return Table(tuple(head), tuple(rows))
+
+
+def of_prior(result: Record) -> list[str]:
+    """Sentences on the prior beside its ranges; mostly none."""
+    return beside_ranges(result.space)
 
 
 def of_groups(result: Record) -> Table | None:

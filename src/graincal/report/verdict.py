@@ -9,6 +9,7 @@ from graincal.campaign.found.findings import FEW
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.remark import CODES, Remark
 from graincal.campaign.found.remarks import IDENTIFIED, RIDGE, WEAKLY, WORDS, code_of, remarks
+from graincal.data import ParameterSpace
 from graincal.inference.posterior.likely_runs import WITHIN, LikelyRuns
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
@@ -52,12 +53,13 @@ def under_headings(said: tuple[Remark, ...], evidence: str = "") -> tuple[tuple[
     return tuple((heading, (" ".join(texts),) if heading in _IN_ONE else tuple(texts)) for heading, texts in paragraphs.items())
 
 
-def rule() -> str:
+def rule(space: ParameterSpace) -> str:
     """The thresholds of the verdicts, for readers."""
+    plain = space.is_even
     return (
-        f"Once the posterior has settled, a parameter is called identified where its posterior standard deviation (sd) is below {IDENTIFIED:g} of the prior's (the range over √12), "
+        f"Once the posterior has settled, a parameter is called identified where its posterior standard deviation (sd) is below {IDENTIFIED:g} of the prior's{' (the range over √12)' if plain else ''}, "
         f"weakly identified up to {WEAKLY:g}, and else not. A ridge is a pair correlated by more than {RIDGE:g}, up or down. Intervals hold {100 * PROBABILITY:.0f} % of the probability, "
-        "given the measurement errors and the ranges, which are the prior: every value in them was equally probable before the test."
+        + ("given the measurement errors and the ranges, which are the prior: every value in them was equally probable before the test." if plain else "given the measurement errors and the prior.")
     )
 
 
@@ -91,6 +93,8 @@ def _evidence(emulated: Emulated) -> str:
     result = emulated.result
     half, deviation = emulated.evidence_of_half_ranges, result.learnt[-1].log_evidence_std
     halved = f"{half:.2f} if each range were half as wide about the posterior's mean" if np.isfinite(half) else "nothing would be left of it in half of each range about the posterior's mean"
+    if np.isnan(half):
+        halved = "what it would be in half of each range is not known, for the constraints leave too little of that"
     return (
         f"log p(reference) = {emulated.emulation.log_evidence:.2f} ± {max(deviation, 0.005):.2g} (natural logarithm; ± one sd over the responses that the emulator holds "
         f"possible and over the draws that estimate it), and {halved}: it depends on the ranges. "

@@ -21,8 +21,9 @@ from graincal.inference.likelihood.packings import Siblings
 from graincal.inference.posterior.emulation import Found
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.posterior.knowledge import Knowledge
+from graincal.inference.sampling.samples import halton
 from graincal.laboratory.vocabulary import did_you_mean_observable
-from graincal.models import Model, StressPathTest
+from graincal.models import ByHandModel, Model, StressPathTest
 from graincal.models.contact_laws import check_ranges, check_units
 from graincal.notation.printable import MOST, is_printable, printable
 from graincal.suggestion import did_you_mean
@@ -64,6 +65,7 @@ class Calibration:
     first where they are not there yet. known: runs of the same models that were made before (`runs.known_runs`), by the method "posterior".
     expected_seconds: what one evaluation is said to take on one core, in all experiments: so a method knows whether hundreds may fill the ranges, or every one counts.
     place: where evaluations run, if not in workers of graincal's own; it changes nothing of what is found either.
+    by_hand: whether somebody makes all runs elsewhere, whatever the models are, and tells what they gave. Like `workers`, it changes nothing of what is found.
     """
 
     space: ParameterSpace
@@ -81,6 +83,7 @@ class Calibration:
     known: KnownRuns | None = None
     expected_seconds: float | None = None
     place: Place | None = None
+    by_hand: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "experiments", tuple(self.experiments))
@@ -114,8 +117,10 @@ class Calibration:
         """How many of the built-in engine's runs are FILLING particle-steps; None for other models."""
         n = self.space.size
         try:
-            middle = np.linspace(0, 1, 21)[:, None] * np.ones(n)
-            samples = Samples(np.arange(len(middle)), self.space.from_unit(middle), self.space.names)
+            theta = self.space.from_unit(np.linspace(0, 1, 21)[:, None] * np.ones(n))
+            if self.space.constraints:
+                theta = halton(self.space, len(theta), np.random.default_rng(0))
+            samples = Samples(np.arange(len(theta)), theta, self.space.names)
             costs = [experiment.expected_particle_steps(self.space.seen_by(number, samples)) for number, experiment in enumerate(self.experiments)]
         except InputError:
             # What is wrong with it `check` says.
@@ -166,7 +171,7 @@ class Calibration:
 
     def check_names(self) -> None:
         """Raise InputError for a name or a unit that cannot be shown as it is. One that was begun before may have some."""
-        given = {"experiment": [each.name for each in self.experiments], "parameter": self.space.names, "unit": [unit for unit in self.space.units if unit]}
+        given = {"experiment": [each.name for each in self.experiments], "parameter": (*self.space.names, *self.space.fixed), "unit": [unit for unit in (*self.space.units, *self.space.units_of_fixed.values()) if unit]}
         given["quantity"] = [name for each in self.experiments for name in (each.reference.control_name, *each.reference.measured)]
         for what, names in given.items():
             if wrong := [name for name in names if not (isinstance(name, str) and is_printable(name, MOST))]:
@@ -213,6 +218,10 @@ class Calibration:
         """What is taken for granted of the references' errors, as options of `error_model`: those of the method "posterior", and its defaults by others."""
         return {"correlation_length": self.filter_options.get("correlation_length"), "discrepancy": self.filter_options.get("discrepancy")}
 
+    def is_by_hand(self, experiment: int) -> bool:
+        """Whether somebody makes the runs of an experiment, by its number, elsewhere, and tells what they gave."""
+        return self.by_hand or isinstance(self.experiments[experiment].model, ByHandModel)
+
     @property
     def number_of_workers(self) -> int:
         """The evaluations that may run at once."""
@@ -250,8 +259,11 @@ class Calibration:
             check_observables(model, tuple(experiment.reference.measured))
         except InputError as error:
             raise InputError(f'experiment "{experiment.name}": {error}') from error
+        if self.by_hand:
+            # Nothing is run here, and a model that was handed over in Python is not needed.
+            return
         # A model that is given no samples says what is wrong with everything else.
-        nothing = Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names)
+        nothing = space.seen_by(0, Samples(np.zeros(0, dtype=np.int64), np.zeros((0, space.size)), space.names))
         try:
             model.check(experiment.reference.control, nothing)
         except InputError as error:

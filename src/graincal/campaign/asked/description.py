@@ -20,13 +20,16 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, CommandModel, Model, PythonModel, TableTest
+from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, TableTest
+from graincal.parameter_space import LINEAR
 
 
 def describe(calibration: Calibration) -> dict[str, Any]:
     """Everything that determines what the campaign finds. Numbers keep every digit; equal calibrations have equal descriptions."""
     return {
         "parameters": _describe_parameters(calibration.space),
+        # Left out where there are none.
+        **({"constraints": constraints} if (constraints := [each.source for each in calibration.space.of_experiment(0).constraints]) else {}),
         "experiments": [
             {"name": experiment.name, "reference": _describe_reference(experiment.reference), "model": describe_model(experiment.model)}
             for experiment in calibration.experiments
@@ -54,9 +57,11 @@ def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
     """The calibration that was described; `others` are its fields that a description leaves out."""
     parameters = description["parameters"]
     space = ParameterSpace(
-        {p["name"]: tuple(p["range"]) for p in parameters},
+        {p["name"]: p["fixed"] if "fixed" in p else tuple(p["range"]) for p in parameters},
         {p["name"]: p["unit"] for p in parameters},
         [p["name"] for p in parameters if p.get("per_experiment")],
+        scale={p["name"]: p["scale"] for p in parameters if "scale" in p},
+        constraints=description.get("constraints", ()),
     )
     experiments = [Experiment(e["name"], _restore_model(e["model"]), _restore_reference(e["reference"])) for e in description["experiments"]]
     found = description.get("first_look")
@@ -82,11 +87,13 @@ class AbsentModel(Model):
 def _describe_parameters(space: ParameterSpace) -> list[dict[str, Any]]:
     """The parameters as they were given; those with a value for each experiment are told apart again by the experiments' names."""
     given = space.of_experiment(0)
-    return [
-        # Left out where it is false.
-        {"name": name, "range": [float(low), float(high)], "unit": unit, **({"per_experiment": True} if name in space.per_experiment else {})}
-        for name, low, high, unit in zip(given.names, given.low, given.high, given.units)
-    ]
+    unknown = {
+        # Left out where it is false, or the usual one.
+        name: {"range": [float(low), float(high)], "unit": unit, **({"scale": scale} if scale != LINEAR else {}), **({"per_experiment": True} if name in space.per_experiment else {})}
+        for name, low, high, unit, scale in zip(given.names, given.low, given.high, given.units, given.scales)
+    }
+    fixed = {name: {"fixed": value, "unit": given.units_of_fixed[name]} for name, value in given.fixed.items()}
+    return [{"name": name} | (unknown | fixed)[name] for name in given.order]
 
 
 def _describe_reference(reference: Reference) -> dict[str, Any]:
@@ -172,7 +179,7 @@ def describe_model(model: Model) -> dict[str, Any]:
         if isinstance(model, TableTest):
             described["table"] = asdict(model.table)
         return described
-    if isinstance(model, CommandModel):
+    if isinstance(model, (CommandModel, ByHandModel)):
         return model.described()
     if isinstance(model, PythonModel) and isinstance(model.function, str):
         control = None if model.control is None else model.control.tolist()
@@ -195,4 +202,6 @@ def _restore_model(described: Mapping[str, Any]) -> Model:
     if described["kind"] == "python":
         folder = Path(options["folder"]) if options["folder"] else None
         return PythonModel(options["function"], options["control"], folder=folder, timeout=options.get("timeout"))
+    if described["kind"] == "by-hand":
+        return ByHandModel.restored(described)
     return AbsentModel(described["name"])

@@ -100,11 +100,11 @@ class Experiment:
         return met.observables(self.reference.names)
 
     def compared(self, outcome: Response | Failure) -> Response | Failure:
-        """An outcome: where it is a response that cannot be compared with the reference, why. Raises InputError where something that was measured is missing in it, fitted or not."""
+        """An outcome: where it is a response that cannot be compared with the reference, or that misses something that was measured, fitted or not, why."""
         if isinstance(outcome, Failure):
             return outcome
         if missing := [name for name in self.reference.measured if name not in outcome.values]:
-            raise InputError(f'experiment "{self.name}": the model returns {", ".join(outcome.values)}, and the reference needs {", ".join(missing)} too.')
+            return Failure("output", f"the model returns {', '.join(outcome.values)}, and the reference needs {', '.join(missing)} too.", outcome.details)
         return self.usable(outcome)
 
     def usable(self, response: Response) -> Response | Failure:

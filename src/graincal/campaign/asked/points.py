@@ -13,7 +13,7 @@ from graincal.files import unreadable
 
 
 def checked_points(points: ArrayLike, space: ParameterSpace) -> NDArray[np.float64]:
-    """Points of a space, (N, n) in the order of its names. Raises InputError for anything else, and for a point outside the ranges."""
+    """Points of a space, (N, n) in the order of its names. Raises InputError for anything else, and for a point that the prior holds impossible."""
     try:
         found = np.atleast_2d(np.array(points, dtype=np.float64))
     except (TypeError, ValueError):
@@ -21,7 +21,9 @@ def checked_points(points: ArrayLike, space: ParameterSpace) -> NDArray[np.float
     if found.ndim != 2 or len(found) < 1 or found.shape[1] != space.size or not np.all(np.isfinite(found)):
         raise InputError(f"points must be rows of {space.size} numbers, {', '.join(space.names)}.")
     if not np.all(inside := space.contains(found)):
-        raise InputError(f"point {1 + int(np.argmin(inside))} lies outside the ranges of the parameters.")
+        row = int(np.argmin(inside))
+        broken = [constraint.source for constraint in space.constraints if not constraint.holds(found[[row]])[0]] if space.in_ranges(found[[row]])[0] else []
+        raise InputError(f'point {1 + row} lies where "{broken[0]}" does not hold.' if broken else f"point {1 + row} lies outside the ranges of the parameters.")
     return found
 
 

@@ -14,7 +14,7 @@ from graincal.campaign.file.experiments import ExperimentEntry
 from graincal.campaign.file.look import LookSection
 from graincal.campaign.file.names import with_printable_names
 from graincal.campaign.file.options import FilterSection, RunSection, StopSection
-from graincal.campaign.file.parameters import Parameter
+from graincal.campaign.file.parameters import ConstraintEntry, Parameter
 from graincal.campaign.file.questions import open_questions
 from graincal.campaign.file.section import Section, sentences
 from graincal.campaign.file.values import from_root
@@ -27,9 +27,10 @@ from graincal.notation.toml import NotTOML, read_toml
 
 
 class CalibrationFile(Section):
-    MOST: ClassVar[dict[str, float]] = {"parameters": 200, "experiment": 1_000}
+    MOST: ClassVar[dict[str, float]] = {"parameters": 200, "constraint": 200, "experiment": 1_000}
 
     parameters: dict[str, Parameter] = Field(min_length=1, description="a table such as phi = { range = [0, 60] }")
+    constraint: list[ConstraintEntry] = Field([], description='tables [[constraint]] with require = "v0 < v1"')
     experiment: list[ExperimentEntry] = Field(min_length=1, description="at least one table [[experiment]]")
     filter: FilterSection = Field(FilterSection(), description="a table [filter]")
     first_look: LookSection | None = Field(None, description="a table [first_look] with model = { particles = 250 }")
@@ -115,9 +116,11 @@ def validated(path: Path, content: dict[str, Any]) -> CalibrationFile:
 def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence[Path] = (), exploring: bool = False, to: float | None = None) -> Calibration:
     parameters = file.parameters.items()
     space = ParameterSpace(
-        {name: entry.range for name, entry in parameters},
+        {name: entry.given_as for name, entry in parameters},
         {name: entry.unit for name, entry in parameters},
         [name for name, entry in parameters if entry.per_experiment],
+        scale={name: entry.scale for name, entry in parameters if entry.fixed is None},
+        constraints=[entry.require for entry in file.constraint],
     )
     if file.filter.method in METHODS:
         # What is set in a file counts as asked for even where it is the default.

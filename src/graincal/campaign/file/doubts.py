@@ -43,7 +43,8 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         ]
     if any(isinstance(experiment.model, StressPathTest) for experiment in calibration.experiments):
         space = calibration.space.of_experiment(0)
-        unlikely = unusual_parameters({f"parameters.{name}": (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)})
+        given = {name: (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)} | {name: (value,) for name, value in space.fixed.items()}
+        unlikely = unusual_parameters({f"parameters.{name}": values for name, values in given.items()})
         said += [Doubt("unusual-parameter", sentence) for sentence in unlikely]
     said += limit_doubts(calibration, calibration.blank_filter())
     said += _idle_workers(calibration)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
-from graincal.data import Failure, ParameterSpace, Samples
-from graincal.models import CommandModel, StressPathTest
+from graincal.data import Failure, Samples
+from graincal.inference.sampling.samples import middle_of
+from graincal.models import ByHandModel, CommandModel, StressPathTest
 from graincal.models.stress_path import STRAINS
 
 PILOT_SHARE = 0.05
@@ -38,13 +39,15 @@ class Expectation:
 def expect(calibration: Calibration) -> list[Expectation]:
     """Time each experiment in the middle of the ranges: a test that is driven by strain at the beginning of it, others whole."""
     samples, space = calibration.blank_filter().under_way[0], calibration.space
-    return [_expect(experiment, space.of_experiment(number), space.seen_by(number, samples)) for number, experiment in enumerate(calibration.experiments)]
+    middle = Samples(np.zeros(1, dtype=np.int64), middle_of(space)[None], space.names)
+    return [_expect(experiment, space.seen_by(number, middle), space.seen_by(number, samples)) for number, experiment in enumerate(calibration.experiments)]
 
 
-def _expect(experiment: Experiment, space: ParameterSpace, samples: Samples) -> Expectation:
+def _expect(experiment: Experiment, middle: Samples, samples: Samples) -> Expectation:
     if isinstance(experiment.model, CommandModel):
         return Expectation(experiment.name, failure=Failure(NOT_RUN, "a program is not run to see how long it takes; run.expected_seconds says it, where it is known."))
-    middle = Samples(np.zeros(1, dtype=np.int64), space.from_unit(np.full((1, space.size), 0.5)), space.names)
+    if isinstance(experiment.model, ByHandModel):
+        return Expectation(experiment.name, failure=Failure(NOT_RUN, "runs that are made by hand take what they take; run.expected_seconds says it, where it is known."))
     if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
         pilot = _time_beginning(experiment, middle)
     else:

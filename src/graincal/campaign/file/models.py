@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from graincal.campaign.file.by_hand import ByHandSection
 from graincal.campaign.file.command import CommandSection
 from graincal.campaign.file.model_section import ModelSection
 from graincal.campaign.file.names import FileName, Shown
@@ -107,4 +108,4 @@ class FunctionModel(ModelSection):
         return PythonModel(self.function, self.control, folder=folder.resolve(), timeout=self.timeout)
 
 
-MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel, "command": CommandSection}
+MODELS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()} | {"table": TableModel, "python": FunctionModel, "command": CommandSection, "by-hand": ByHandSection}

@@ -1,21 +1,46 @@
-"""A parameter of a calibration file: a line under [parameters]."""
+"""A parameter of a calibration file, a line under [parameters]; and a table [[constraint]] between them."""
 
 from __future__ import annotations
 
-from pydantic import Field, field_validator
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, field_validator, model_validator
 
 from graincal.campaign.file.names import Shown
-from graincal.campaign.file.section import Section
+from graincal.campaign.file.section import Section, mistake
+from graincal.parameter_space import LINEAR
 
 
 class Parameter(Section):
-    range: list[float] = Field(min_length=2, max_length=2, description="[low, high] with low < high")
+    range: list[float] | None = Field(None, min_length=2, max_length=2, description="[low, high] with low < high")
+    fixed: float | None = Field(None, description="a number")
     unit: Shown = Field("", description='text such as "deg"')
+    scale: Literal["linear", "log"] = Field(LINEAR, description='"linear" or "log"')
     per_experiment: bool = Field(False, description="true or false")
+
+    @property
+    def given_as(self) -> tuple[float, float] | float:
+        """Its range, or its value where it is fixed, as a `ParameterSpace` takes it."""
+        return tuple(self.range) if self.fixed is None else self.fixed
+
+    @model_validator(mode="before")
+    @classmethod
+    def _range_or_value(cls, table: Any) -> Any:
+        if isinstance(table, dict) and "fixed" not in table and "range" not in table and set(table) <= set(cls.model_fields):
+            raise mistake(".range is missing, and [low, high] with low < high was expected, or fixed = a number in its place")
+        if isinstance(table, dict) and "fixed" in table and (others := [key for key in ("range", "scale", "per_experiment") if key in table]):
+            raise mistake(f".{others[0]} says nothing of a parameter that is fixed, and fixed alone, or {others[0]} without it, was expected")
+        return table
 
     @field_validator("range")
     @classmethod
-    def _upwards(cls, limits: list[float]) -> list[float]:
-        if not limits[0] < limits[1]:
+    def _upwards(cls, limits: list[float] | None) -> list[float] | None:
+        if limits is None or not limits[0] < limits[1]:
             raise cls.unexpected("range", limits)
         return limits
+
+
+class ConstraintEntry(Section):
+    called: ClassVar[str] = "[[constraint]]"
+
+    require: str = Field(min_length=1, description='a condition on the parameters, such as "v0 < v1"')

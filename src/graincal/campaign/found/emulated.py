@@ -82,7 +82,7 @@ class Emulated:
     @cached_property
     def shrinkage(self) -> NDArray[np.float64]:
         """The posterior's standard deviation over the prior's, (n,)."""
-        return self.posterior.std() / self._prior
+        return self.posterior.relative_std(self.result.space)
 
     @cached_property
     def unsure(self) -> float:
@@ -190,10 +190,6 @@ class Emulated:
                 shares.append(share)
         return float(np.average(errors, weights=1 / np.array(shares)))
 
-    @property
-    def _prior(self) -> NDArray[np.float64]:
-        return (self.result.space.high - self.result.space.low) / np.sqrt(12)
-
     def _nearest(self, groups: tuple[Group, ...], theta: NDArray[np.float64]) -> NDArray[np.intp]:
         space = self.result.space
         unit, centres = space.to_unit(theta), space.to_unit(np.array([group.centre for group in groups]))
@@ -208,4 +204,4 @@ class Emulated:
         errors = replace(errors, covariances=errors.covariances[:, rows, rows])
         added = emulator.added(self.result.knowledge.scatters[number])[rows, rows]
         likelihood = ReducedLikelihood.of(alone.kept, errors, emulator.centre[rows], emulator.basis[rows], added)
-        return under_one_likelihood(self.emulation, self.result.space, number, likelihood, np.random.default_rng(0)).std() / self._prior
+        return under_one_likelihood(self.emulation, self.result.space, number, likelihood, np.random.default_rng(0)).relative_std(self.result.space)

@@ -18,6 +18,7 @@ from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import Failure, InputError, Response
 from graincal.notation.printable import printable_json
+from graincal.parameter_space import LINEAR
 
 
 def export_csv(result: Record, folder: Path, *, replace: bool = False) -> list[Path]:
@@ -56,6 +57,7 @@ def export_json(result: Record, folder: Path, *, replace: bool = False) -> list[
 
     Raises InputError for a file that is there already, unless it is to be replaced.
     """
+    space = result.space
     document = {
         "provenance": result.provenance,
         "started": result.started,
@@ -63,11 +65,16 @@ def export_json(result: Record, folder: Path, *, replace: bool = False) -> list[
         "stopped_because": result.stopped_because,
         "grade": {"word": result.grade.word, "reasons": list(result.grade.reasons)} if result.grade else None,
         "parameters": {
-            name: {"range": [low, high], "unit": unit, **({} if number is None else {"parameter": parameter, "experiment": result.experiments[number].name})}
-            for name, low, high, unit, parameter, number in zip(
-                result.space.names, result.space.low, result.space.high, result.space.units, result.space.parameters, result.space.experiments
-            )
+            name: {
+                "range": [low, high],
+                "unit": unit,
+                **({"scale": scale} if scale != LINEAR else {}),
+                **({} if number is None else {"parameter": parameter, "experiment": result.experiments[number].name}),
+            }
+            for name, low, high, unit, scale, parameter, number in zip(space.names, space.low, space.high, space.units, space.scales, space.parameters, space.experiments)
         },
+        **({"fixed": {name: {"value": value, "unit": space.units_of_fixed[name]} for name, value in space.fixed.items()}} if space.fixed else {}),
+        **({"constraints": list(dict.fromkeys(each.source for each in space.constraints))} if space.constraints else {}),
         "experiments": [
             {
                 "name": experiment.name,

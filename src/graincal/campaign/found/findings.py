@@ -17,6 +17,7 @@ from graincal.inference.iterative.narrowing import narrowing_by_chance
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.quantities import Quantity, parameters
+from graincal.parameter_space import LINEAR, LOG
 
 NARROWED, NOT_IDENTIFIED = 1 / 3, 2 / 3
 """Parts of the range (see `Finding.extent`) up to which a parameter is narrowed, and from which on it is not identified."""
@@ -32,7 +33,8 @@ class Finding:
 
     low, high: the central interval that holds 90 % of the weight. close: the ends of the values that fit about as well (close_fits.py), and outlined:
     whether samples enough do so for these to be a range.
-    by_chance: the spread that a parameter without effect may narrow to. truth: its value, where that is known.
+    spread: the weighted samples' standard deviation over that of the prior; near 1 nothing was learnt.
+    by_chance: the spread that a parameter without effect may narrow to. truth: its value, where that is known. scale: in what the prior is uniform, the value or its logarithm: parts of the range are parts of that.
     """
 
     name: str
@@ -43,19 +45,21 @@ class Finding:
     low: float
     high: float
     close: tuple[float, float]
+    spread: float
     by_chance: float
     truth: float | None = None
     outlined: bool = True
-
-    @property
-    def spread(self) -> float:
-        """The weighted samples' standard deviation over that of values spread evenly over the range; near 1 nothing was learnt."""
-        return self.std * math.sqrt(12) / (self.range[1] - self.range[0])
+    scale: str = LINEAR
 
     @property
     def extent(self) -> float:
         """The part of the range that is left: that of the values that fit about as well, or the spread where it is larger."""
-        return max(self.spread, (self.close[1] - self.close[0]) / (self.range[1] - self.range[0]))
+        return max(self.spread, self._part(*self.close))
+
+    def _part(self, low: float, high: float) -> float:
+        """What part of the range lies between two values."""
+        low, high, first, last = (math.log(end) if self.scale == LOG else end for end in (low, high, *self.range))
+        return (high - low) / (last - first)
 
     @property
     def verdict(self) -> str:
@@ -82,15 +86,14 @@ class Finding:
         """The wider of the two ranges, of the weight and of the close fits where these outline one."""
         if not self.outlined:
             return self.low, self.high
-        return max(self.close, (self.low, self.high), key=lambda ends: ends[1] - ends[0])
+        return max(self.close, (self.low, self.high), key=lambda ends: self._part(*ends))
 
     @property
     def reached_ends(self) -> tuple[float, ...]:
         """The ends of the range that the wider range reaches, to within a hundredth, of a parameter that is not left open anyway."""
         if self.verdict in ("not identified", "uncertain"):
             return ()
-        near = 0.01 * (self.range[1] - self.range[0])
-        return tuple(end for end, reached in zip(self.range, self.widest) if abs(reached - end) <= near)
+        return tuple(end for end, reached in zip(self.range, self.widest) if abs(self._part(reached, end)) <= 0.01)
 
     def sentences(self) -> tuple[str, ...]:
         """The finding in words, in markup."""
@@ -154,7 +157,7 @@ def judge(
     space: ParameterSpace, posterior: Posterior, close: CloseFits, by_chance: float, truth: Mapping[str, float] = MappingProxyType({})
 ) -> tuple[Finding, ...]:
     """What a posterior and the close fits say of each parameter, where one without effect may narrow to the spread `by_chance`."""
-    mean, std, (low, high) = posterior.mean(), posterior.std(), posterior.interval(PROBABILITY)
+    mean, std, spread, (low, high) = posterior.mean(), posterior.std(), posterior.relative_std(space), posterior.interval(PROBABILITY)
     return tuple(
         Finding(
             name,
@@ -165,9 +168,11 @@ def judge(
             low=float(low[k]),
             high=float(high[k]),
             close=(float(close.low[k]), float(close.high[k])),
+            spread=float(spread[k]),
             by_chance=by_chance,
             truth=truth.get(name),
             outlined=close.enough,
+            scale=space.scales[k],
         )
         for k, (name, quantity) in enumerate(zip(space.names, parameters(space)))
     )

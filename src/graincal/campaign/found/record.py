@@ -27,6 +27,7 @@ from graincal.inference import Grade, Posterior, Stop, grade
 from graincal.inference.posterior.emulation import Emulation, Found
 from graincal.inference.posterior.knowledge import Knowledge
 from graincal.inference.posterior.likely_runs import LikelyRuns
+from graincal.interpolation import interpolate, within_reach
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +247,7 @@ class Record:
     @property
     def shrinkage(self) -> NDArray[np.float64]:
         """The posterior's standard deviation over the prior's, (n,): near 1 nothing was learnt. Only where there is a posterior."""
-        return self.posterior.std() * np.sqrt(12) / (self.space.high - self.space.low)
+        return self.posterior.relative_std(self.space)
 
     @property
     def fits_about_as_well(self) -> LikelyRuns | None:
@@ -288,9 +289,10 @@ class Record:
     def responses(self, iteration: int, experiment: int | str = 0) -> dict[str, NDArray[np.float64]]:
         """All responses of an iteration in an experiment, at its `states`: name -> (N, S), in the samples' order, NaN for failures and for what was not run. Feed
         them to the posterior's moments."""
-        outcomes, states = [self.response(int(id), experiment) for id in self.iterations[iteration].samples.ids], len(self.states(experiment))
+        states = self.states(experiment)
+        outcomes = [on_states(self.response(int(id), experiment), states) for id in self.iterations[iteration].samples.ids]
         names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
-        found = {name: np.full((len(outcomes), states), np.nan) for name in names}
+        found = {name: np.full((len(outcomes), len(states)), np.nan) for name in names}
         for row, outcome in enumerate(outcomes):
             for name in found.keys() & outcome.values.keys() if isinstance(outcome, Response) else ():
                 found[name][row, : len(outcome.values[name])] = outcome.values[name]
@@ -298,9 +300,11 @@ class Record:
 
     def mean_response(self, answer: Answer, experiment: int | str = 0) -> Response | None:
         """The mean of what the runs at the answer gave in an experiment; None where none gave a response."""
-        outcomes = [self.response(int(id), experiment) for id in answer.samples]
+        states = self.states(experiment)
+        outcomes = [on_states(self.response(int(id), experiment), states) for id in answer.samples]
         given = [outcome for outcome in outcomes if isinstance(outcome, Response)]
-        return replace(given[0], values={name: np.mean([each.values[name] for each in given], axis=0) for name in given[0].values}, details={}) if given else None
+        names = [name for name in given[0].values if all(name in each.values for each in given)] if given else []
+        return replace(given[0], values={name: np.mean([each.values[name] for each in given], axis=0) for name in names}, details={}) if given else None
 
     @cached_property
     def code_changed(self) -> str | None:
@@ -333,3 +337,14 @@ class Record:
                 attempts[rows[sample], experiment] = tries
                 seconds[rows[sample], experiment] = np.nan if took is None else took
         return seconds, attempts
+
+
+def on_states(outcome: Response | Failure | None, states: NDArray[np.float64]) -> Response | Failure | None:
+    """An outcome at the states (S,) of its model, or the first of them that it comes to: a curve that was told by hand may be on others, and is NaN where it does not reach as far."""
+    if not isinstance(outcome, Response) or np.array_equal(outcome.control, states[: len(outcome.control)]):
+        return outcome
+    reached = within_reach(outcome.control, states)
+    met = interpolate(outcome, states[:reached])
+    if isinstance(met, Failure):
+        return met
+    return replace(met, control=states, values={name: np.append(values, np.full(len(states) - reached, np.nan)) for name, values in met.values.items()})

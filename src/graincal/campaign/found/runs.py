@@ -34,7 +34,7 @@ SAME = 1e-9
 
 
 @dataclass
-class _Gathered:
+class Gathered:
     """Runs as they are found, each with its parameters (n,) and a response (K, J) for each experiment, or none."""
 
     theta: list[NDArray[np.float64]] = field(default_factory=list)
@@ -43,16 +43,23 @@ class _Gathered:
     missing: list[bool] = field(default_factory=list)
     known: set[tuple[bytes, ...]] = field(default_factory=set)
 
+    def known_runs(self, calibration: Calibration, thinnings: Sequence[Thinning], said: Sequence[str]) -> KnownRuns:
+        """All of them, with what is said of where they are from."""
+        shapes = [thinning.kept.values.shape for thinning in thinnings]
+        responses = tuple(np.array([each[number] for each in self.responses]).reshape(-1, *shape) for number, shape in enumerate(shapes))
+        theta, infeasible, missing = np.array(self.theta), np.array(self.infeasible), np.array(self.missing)
+        return KnownRuns(theta.reshape(-1, calibration.space.size), responses, infeasible.astype(bool), missing.astype(bool), tuple(said))
+
 
 def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> KnownRuns:
     """The runs in the folders of campaigns and libraries that a calibration can learn from.
 
-    A run counts that was made on the same packings by the same law along the same path with the same settings, at parameters within the calibration's ranges, and covers its references. The reference
+    A run counts that was made on the same packings by the same law along the same path with the same settings, at parameters that the calibration's prior holds possible, and covers its references. The reference
     that it was made for does not matter. A triaxial test whose grains' density follows from the inertial number is the same in units of its confining pressure, and so serves at any:
     a run at another pressure is one at a log_E as much higher. Functions of Python are compared by their names, which is said. Raises InputError, with the difference by name, for a folder whose models are others or that has no run to learn from.
     """
     thinnings = calibration.blank_filter().thinnings
-    gathered, said = _Gathered(), []
+    gathered, said = Gathered(), []
     resolved = [Path(folder).resolve() for folder in folders]
     if twice := [folder for folder in dict.fromkeys(resolved) if resolved.count(folder) > 1]:
         raise InputError(f"{twice[0]}: this folder is named twice.")
@@ -62,15 +69,12 @@ def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> Known
             left_out, by_name = _gather(gathered, store, str(folder), calibration, thinnings), _by_name(store)
         found = len(gathered.theta) - before
         if not found:
-            raise InputError(f"{folder}: none of its runs can be learnt from, {_listed(left_out) or 'for it has none that has ended'}.")
+            raise InputError(f"{folder}: none of its runs can be learnt from, {listed(left_out) or 'for it has none that has ended'}.")
         failed = sum(gathered.missing[before:]) + sum(gathered.infeasible[before:])
-        but = f"; left out: {_listed(left_out)}" if left_out else ""
+        but = f"; left out: {listed(left_out)}" if left_out else ""
         same = f" That its model is the same is known by its name alone, {by_name}." if by_name else ""
         said.append(f"Learns from {found} runs of {folder}{f', of which {failed} failed' if failed else ''}{but}.{same}")
-    shapes = [thinning.kept.values.shape for thinning in thinnings]
-    responses = tuple(np.array([each[number] for each in gathered.responses]).reshape(-1, *shape) for number, shape in enumerate(shapes))
-    theta, infeasible, missing = np.array(gathered.theta), np.array(gathered.infeasible), np.array(gathered.missing)
-    return KnownRuns(theta.reshape(-1, calibration.space.size), responses, infeasible.astype(bool), missing.astype(bool), tuple(said))
+    return gathered.known_runs(calibration, thinnings, said)
 
 
 def _by_name(store: Store) -> str:
@@ -83,7 +87,7 @@ def _by_name(store: Store) -> str:
     return ", ".join((*named, *programs))
 
 
-def _gather(gathered: _Gathered, store: Store, named: str, calibration: Calibration, thinnings: Sequence[Thinning]) -> dict[str, int]:
+def _gather(gathered: Gathered, store: Store, named: str, calibration: Calibration, thinnings: Sequence[Thinning]) -> dict[str, int]:
     """Add the runs of one store; how many were left out, by the reason."""
     left_out: dict[str, int] = {}
     samples, scale = store.all_samples(), [_scales(experiment.model) for experiment in calibration.experiments]
@@ -94,14 +98,14 @@ def _gather(gathered: _Gathered, store: Store, named: str, calibration: Calibrat
             if outside[row]:
                 left_out[outside[row]] = left_out.get(outside[row], 0) + 1
                 continue
-            reason = _add(gathered, theta[row], outcomes[row], calibration.experiments, thinnings, scale)
+            reason = add_run(gathered, theta[row], outcomes[row], calibration.experiments, thinnings, scale)
             if reason:
                 left_out[reason] = left_out.get(reason, 0) + 1
     return left_out
 
 
-def _add(
-    gathered: _Gathered,
+def add_run(
+    gathered: Gathered,
     theta: NDArray[np.float64],
     outcomes: Sequence[Response | Failure | None],
     experiments: Sequence[Experiment],
@@ -216,14 +220,16 @@ def _parameters(store: Store, numbers: Sequence[int], samples: Samples, calibrat
         if _scales(experiment.model):
             values["log_E"] = values["log_E"] + np.log10(experiment.model.confining_pressure / theirs.experiments[other].model.confining_pressure)
         own = space.of_experiment(number)
-        wanted = {name: (float(low), float(high)) for name, low, high in zip(own.names, own.low, own.high)}
+        # As far as values that differ by less than SAME are the same.
+        ends = [own.moved(own.low, np.full(own.size, -SAME)), own.low, own.high, own.moved(own.high, np.full(own.size, SAME))]
+        wanted = {name: tuple(map(float, each)) for name, *each in zip(own.names, *ends)}
         if missing := sorted(wanted.keys() - values.keys()):
             raise InputError(f"{store.folder}: its runs have no {', '.join(missing)}, and {', '.join(own.names)} were expected.")
-        fixed = getattr(experiment.model, "fixed", {})
+        fixed = dict(getattr(experiment.model, "fixed", {})) | own.fixed
         for name, known in values.items():
             if name in wanted:
-                low, high = wanted[name]
-                wrong = (known < low - SAME * (high - low)) | (known > high + SAME * (high - low))
+                lowest, low, high, highest = wanted[name]
+                wrong = (known < lowest) | (known > highest)
                 known, reason = np.clip(known, low, high), f"at {name} outside {low:g} to {high:g}"
             elif name in fixed:
                 wrong, reason = ~np.isclose(known, fixed[name], rtol=1e-9, atol=1e-12), f"at another {name} than {fixed[name]:g}"
@@ -234,8 +240,10 @@ def _parameters(store: Store, numbers: Sequence[int], samples: Samples, calibrat
                 apart = np.isfinite(theta[:, column]) & ~np.isclose(theta[:, column], known, rtol=1e-9, atol=1e-12)
                 reasons = [before or (f"at several values of {name}" if bad else "") for before, bad in zip(reasons, apart)]
                 theta[:, column] = known
+    for constraint in space.constraints:
+        reasons = [before or ("" if met else f"where {constraint.source} does not hold") for before, met in zip(reasons, constraint.holds(theta))]
     return theta, reasons
 
 
-def _listed(left_out: Mapping[str, int]) -> str:
+def listed(left_out: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {reason}" for reason, count in left_out.items())

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from graincal.campaign.found.by_hand import by_hand, waiting
 from graincal.campaign.found.record import Answer, Candidate, Record
 from graincal.campaign.found.recorded import recorded_of_answer
 from graincal.campaign.found.remarks import remarks
@@ -25,12 +26,13 @@ from graincal.inference import Iteration
 def status(folder: str | Path) -> dict[str, Any]:
     """What `graincal status --json` prints: a contract for programs. What is not known is None; errors are in percent, times in seconds.
 
-    folder; state: "running" (a process holds it), "interrupted" (none does, and it is not at its end) or "finished".
+    folder; state: "running" (a process holds it), "interrupted" (none does, and it is not at its end), "waiting" (so, for runs that somebody makes by hand) or "finished".
     graincal: the version that began it; started, updated: ISO 8601, when it began and when the last evaluation ended.
     method, seed, parameters (names), experiments (names).
     evaluations, failures, stopped: samples evaluated in every experiment, or failed or stopped early in one; those that failed; those that were stopped.
     failure_kinds: {kind: how many evaluations failed so}, the most frequent first.
     first_look: the status of the first look, where one is taken first, as that of a campaign; None where none is, or it has not begun.
+    by_hand: how many runs wait to be made by hand, only where an experiment is run so.
     iteration: {index, samples, evaluated, failed, stopped} of the one under way, or the last.
     iterations: of each complete one {index, samples, failed, stopped, s, s_per_state, effective_sample_size, gl_error, error, smallest_error, best_error}, where
     `error` is that of the most probable sample (Eq. 6), `smallest_error` the smallest of this iteration and `best_error` that of all iterations so far.
@@ -58,11 +60,13 @@ def status(folder: str | Path) -> dict[str, Any]:
 
 def _status(folder: Path, store: Store) -> dict[str, Any]:
     running, finished = is_running(folder), store.meta("stopped_by") is not None
+    hand = by_hand(store.calibration)
+    left = sum(len(waiting(store, number)) for number in hand)
     counts, seconds = store.counts(), [took for *_, took in store.runs() if took is not None]
     result = Record(store, store.calibration) if store.iterations() else None
     return {
         "folder": str(folder),
-        "state": "finished" if finished else "running" if running else "interrupted",
+        "state": "finished" if finished else "running" if running else "waiting" if left else "interrupted",
         "graincal": store.provenance["graincal"],
         "started": store.meta("started"),
         "updated": store.last_ended(),
@@ -75,6 +79,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "failure_kinds": _failure_kinds(store),
         "stopped": counts["stopped"],
         "first_look": status(folder / LOOK) if holds_campaign(folder / LOOK) else None,
+        **({"by_hand": left} if hand else {}),
         "iteration": _under_way(store),
         "iterations": _iterations(result) if result else [],
         "best": _candidate(result.best, result.space) if result else None,

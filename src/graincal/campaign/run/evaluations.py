@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,7 +15,9 @@ import numpy as np
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
+from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.run.elsewhere import backend_elsewhere
+from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
 from graincal.campaign.stored.trouble import FolderError
@@ -66,6 +69,7 @@ class Evaluations:
         """Have batches evaluated in all experiments, of which the first has this number, until that one is; the others go on meanwhile.
 
         A sample goes from one experiment to the next by itself, unless it fails or is stopped; to those who count, all that waits begins at once.
+        Raises RunsWait where the first batch needs runs that are made by hand, when all others have ended.
         """
         for index, (samples, early_stop) in enumerate(zip(batches, early_stops, strict=True), first):
             self.store.ask(index, samples, len(self.calibration.experiments))
@@ -76,9 +80,13 @@ class Evaluations:
         for ended in self._not_started or ():
             experiment = self.calibration.experiments[ended.task.name.experiment]
             raise InputError(f'experiment "{experiment.name}": no evaluation could be started: {ended.outcome.reason}')
+        self._leave_to_hand(first)
 
     def of_one(self, iteration: int, number: int, samples: Samples, experiment: Experiment) -> None:
-        """Have samples evaluated in one experiment, by whatever model it has here, to their ends."""
+        """Have samples evaluated in one experiment, by whatever model it has here, to their ends. Raises InputError where none is to be run here."""
+        if self.calibration.by_hand:
+            folder = self.store.folder
+            raise InputError(f"{folder}: runs on packings like that of {experiment.name} come next, which are prepared here and cannot be made by hand; graincal makes them by: graincal resume {shlex.quote(str(folder))}")
         self._submit(iteration, self._tasks(iteration, number, samples, experiment))
         self._until_ended(iteration)
 
@@ -92,12 +100,26 @@ class Evaluations:
         while self._under_way[iteration]:
             self._next()
 
+    def _leave_to_hand(self, iteration: int) -> None:
+        """Raise RunsWait where runs of a batch are to be made by hand; all other runs, of batches asked for ahead too, end first."""
+        waiting = [len(self.store.waiting(iteration, number)) for number in by_hand(self.calibration)]
+        if not any(waiting):
+            return
+        while self._scheduler.left:
+            self._next()
+        raise RunsWait.of(self.store, self.calibration, iteration, sum(waiting))
+
     def _next(self) -> None:
         """Wait for an evaluation to end and keep its outcome. The sample goes from one experiment to the next, unless it fails or is stopped."""
         name, outcome = self._record(self._scheduler.next())
-        if name.iteration in self._batches and isinstance(outcome, Response) and not outcome.stopped and name.experiment + 1 < len(self.calibration.experiments):
+        if name.iteration in self._batches and isinstance(outcome, Response) and not outcome.stopped and (following := self._following(name)) is not None:
             samples, early_stop = self._batches[name.iteration]
-            self._give(name.iteration, name.experiment + 1, samples.take(samples.ids == name.id), early_stop)
+            self._give(name.iteration, following, samples.take(samples.ids == name.id), early_stop)
+
+    def _following(self, name: Evaluation) -> int | None:
+        """The number of the experiment that a sample goes to from one; not one that is made by hand, or has been told already."""
+        others = range(name.experiment + 1, len(self.calibration.experiments))
+        return next((number for number in others if not self.calibration.is_by_hand(number) and self.store.outcome(name.id, number) is None), None)
 
     def _give_batch(self, index: int, samples: Samples, early_stop: EarlyStop | None) -> None:
         begun = np.zeros(len(samples), dtype=bool)
@@ -106,6 +128,9 @@ class Evaluations:
             if waiting.any():
                 for listener in self.listeners:
                     listener.experiment_begins(index, experiment.name, int(waiting.sum()), len(samples))
+            if self.calibration.is_by_hand(number):
+                # What graincal runs itself does not wait for it.
+                continue
             self._give(index, number, samples.take(waiting & ~begun), early_stop)
             begun |= waiting
 

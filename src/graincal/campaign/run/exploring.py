@@ -97,14 +97,14 @@ def _refuse_anything(folder: Path) -> None:
 
 
 def go_on_filling(
-    folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = (), *, trust: bool = False
+    folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = (), *, trust: bool = False, by_hand: bool = False
 ) -> Path:
-    """Make the runs of a library that are not there yet. trust: as in `resume`."""
+    """Make the runs of a library that are not there yet. trust, by_hand: as in `resume`."""
     with closing(Log(folder)) as log:
         store = Store.open(folder)
-        if not trust and models is None:
+        if not trust and not by_hand and models is None:
             refuse_strangers_code(store)
-        calibration = store.calibration
+        calibration = replace(store.calibration, by_hand=by_hand)
         if models is not None:
             calibration = replace(calibration, experiments=[replace(each, model=model) for each, model in zip(calibration.experiments, models)])
         if workers is not None:

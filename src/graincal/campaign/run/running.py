@@ -15,6 +15,7 @@ from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.doubts import doubts, thinning_notes
+from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.found.first_look import first_look_of
 from graincal.campaign.found.runs import known_runs
 from graincal.campaign.run.campaign import CURVES, Campaign
@@ -22,6 +23,7 @@ from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.continuing import changed_criteria, changed_keys, changed_since, edited_run, refuse_another_past, with_criteria
 from graincal.campaign.run.elsewhere import check_place
 from graincal.campaign.run.evaluations import FILES
+from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import Log, is_running
@@ -69,7 +71,7 @@ def calibrate(
     (see `IterativeBayesianFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     runs: with "posterior", the folders of campaigns and of libraries (`explore`) on the same models, to learn from (`graincal.campaign.found.runs.known_runs`).
     expected_seconds: what one evaluation takes on one core, where the model is not a built-in test: short ones fill the ranges by hundreds first.
-    Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written.
+    Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written, RunsWait where runs are to be made by hand (`ByHandModel`).
     """
     if isinstance(model, Sequence):
         experiments = list(model)
@@ -94,12 +96,24 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
     """Run a new campaign, in memory or in a folder that holds none. accepted: problems in spite of which it is run, which are kept and reported."""
     calibration.check().check_names()
     check_place(calibration.place)
+    if folder is None and by_hand(calibration):
+        raise InputError("runs that are made by hand are told to a campaign that is kept: folder = a folder of its own was expected.")
     if folder is None:
         store = Store.create(calibration, accepted=accepted)
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     folder = Path(folder)
     with closing(claim(folder, lambda locked: _refuse_campaign(folder, calibration, locked=locked))) as log:
         return _run(calibration, Store.create(calibration, folder, accepted=accepted), log, listeners)
+
+
+def lay_out(calibration: Calibration, folder: str | Path, accepted: Sequence[Doubt] = ()) -> None:
+    """Keep a new campaign in a folder that holds none, and run nothing of it: `resume` does. accepted: as of `begin`."""
+    folder = Path(folder)
+    calibration.check().check_names()
+    with closing(claim(folder, lambda locked: _refuse_campaign(folder, calibration, locked=locked))) as log:
+        Store.create(calibration, folder, accepted=accepted).close()
+        _keep_source(folder / CALIBRATION_FILE, calibration.source)
+        log.write("Is stored, and runs nothing yet.")
 
 
 def begin_or_resume(
@@ -127,6 +141,7 @@ def resume(
     workers: int | Literal["all"] | None = None,
     listeners: Sequence[Listener] = (),
     trust: bool = False,
+    by_hand: bool = False,
     **criteria: Any,
 ) -> Result:
     """Go on with the campaign of a folder, to the result that it would have had if nothing had stopped it.
@@ -134,26 +149,26 @@ def resume(
     model: needed where a function was handed over in Python; the models in the order of the experiments if there are several.
     workers: by default those of [run] in the folder's campaign.toml, where that was edited, or those of the beginning. criteria: fields of `Stop` that replace those of the beginning, such as max_evaluations=200, or s=False by the paper's method.
     A campaign that is at its end then goes on, bit for bit to what it would have given by these criteria from the start; they are kept.
-    trust: go on with a campaign of another user, whose named functions are this user's to run then.
+    trust: go on with a campaign of another user, whose named functions are this user's to run then. by_hand: run nothing here: somebody makes all runs and tells what they gave (`graincal.campaign.run.telling`).
     Raises InputError where the folder holds no campaign, or one of another user that runs named functions, or one that another process is running; and for criteria by which it would have ended
-    before it did, or would not go on.
+    before it did, or would not go on. Raises RunsWait where it cannot go on before runs are made by hand.
     """
     folder = Path(folder)
     store = Store.open(folder)
     run = edited_run(folder / CALIBRATION_FILE, store)
-    if not trust and model is None:
+    if not trust and not by_hand and model is None:
         refuse_strangers_code(store, run.get("place"))
     if store.is_library:
         raise InputError(f"{folder}: this is a library of runs for no reference; explore, with the same arguments, goes on with it.")
-    calibration = with_criteria(store.calibration, criteria)
+    calibration = replace(with_criteria(store.calibration, criteria), by_hand=by_hand)
     if model is not None:
         calibration = replace(calibration, experiments=_with_models(calibration.experiments, model))
     if workers is None:
         workers = run.get("workers")
     if workers is not None:
         calibration = replace(calibration, workers=workers)
-    if "place" in run:
-        calibration = replace(calibration, place=run["place"])
+    # What somebody makes by hand runs nowhere.
+    calibration = replace(calibration, place=None if by_hand else run.get("place", calibration.place))
     changes = changed_criteria(store.calibration.stop, calibration.stop)
     if edited := changed_keys(folder / CALIBRATION_FILE, store):
         for listener in listeners:
@@ -168,7 +183,7 @@ def resume(
     with closing(Log(folder)) as log:
         if calibration.workers != store.calibration.workers:
             log.write(f"Goes on with workers = {json.dumps(calibration.workers)}, where it was begun with {json.dumps(store.calibration.workers)}.")
-        if calibration.place != store.calibration.place:
+        if not by_hand and calibration.place != store.calibration.place:
             log.write(f"Goes on by {calibration.place or HERE}, where it was begun by {store.calibration.place or HERE}.")
         if "expected_seconds" in run:
             log.write("run.expected_seconds was changed: it says how a campaign begins, and changes nothing of one that was begun.")
@@ -201,6 +216,9 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
             listener.remark(changed)
     try:
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
+    except RunsWait as waits:
+        log.write(str(waits).partition("\n")[0])
+        raise
     except BaseException as error:
         with suppress(FolderError):
             log.write(f"Breaks off: {str(error) or type(error).__name__}")

@@ -13,6 +13,9 @@ from graincal.inference.likelihood.early_stop import EarlyStop
 from graincal.inference.likelihood.errors import errors_so_far, observable_errors, sample_errors
 from graincal.inference.likelihood.thinning import Thinning
 
+# In widths of the ranges: generous enough for values that went through a table, strict enough to notice another seed or another space.
+TOLERANCE = 1e-6
+
 
 class Batch:
     """The samples of one iteration and what has been told of them.
@@ -34,8 +37,7 @@ class Batch:
         self.failed = np.zeros(len(samples), dtype=bool)
         self.infeasible = np.zeros(len(samples), dtype=bool)
         self.stopped = np.zeros(len(samples), dtype=bool)
-        # Generous enough for values that went through a table, strict enough to notice another seed or another space.
-        self.tolerance = 1e-6 * (space.high - space.low)
+        self.space = space
 
     def keep(
         self,
@@ -134,7 +136,8 @@ class Batches:
         asked = all_asked.theta[rows]
         if theta.shape != asked.shape:
             raise InputError(f"tell: the samples' theta must have the shape {asked.shape}, not {theta.shape}.")
-        same = np.all(np.abs(theta - asked) <= self._last.tolerance, axis=1)
+        to_unit = self._last.space.to_unit
+        same = np.all(np.abs(to_unit(theta) - to_unit(asked)) <= TOLERANCE, axis=1)
         if not same.all():
             raise InputError(f"tell: sample {ids[~same][0]} has other parameters than the sample that was asked.")
         return rows

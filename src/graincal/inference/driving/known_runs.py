@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from graincal.data import InputError, ParameterSpace, Reference
+from graincal.inference.sampling.proposal import places
 
 # A place is covered that has a run as near as this many times the distance of neighbours among places that fill the ranges.
 NEAR = 1.5
@@ -38,7 +39,7 @@ class KnownRuns:
         if self.theta.shape != (len(self), space.size) or [each.shape for each in self.responses] != shapes:
             raise InputError("known runs must be of the same parameters, experiments and observables as the calibration, at the states that are kept of its references.")
         if not np.all(space.contains(self.theta)):
-            raise InputError("known runs must lie within the parameters' ranges.")
+            raise InputError(f"known runs must lie within {places(space)}.")
 
 
 def uncovered(points: NDArray[np.float64], known: NDArray[np.float64], least: int) -> NDArray[np.intp]:

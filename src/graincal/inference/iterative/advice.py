@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from graincal.data import ParameterSpace
 from graincal.inference.driving.iteration import Iteration
 from graincal.inference.driving.stop import Stop
+from graincal.parameter_space import LOG
 
 OPTIMAL_ERROR = 2.0
 POOR_ERROR = 5.0
@@ -54,12 +55,12 @@ def sample_size_advice(space: ParameterSpace, alpha: float) -> str | None:
     """A sentence where alpha is small for the width of the ranges, else None.
 
     The paper found alpha = 10 enough where log E spans up to four decades, and asks 10 more for each two further. It is applied to
-    every parameter on a logarithmic scale: those whose unit or name begins with "log".
+    every parameter on a logarithmic scale: those whose unit or name begins with "log", and those whose prior is uniform in the logarithm.
     """
     widths = {
-        name: high - low
-        for name, unit, low, high in zip(space.names, space.units, space.low, space.high)
-        if unit.startswith("log") or name.startswith("log")
+        name: math.log10(high / low) if scale == LOG else high - low
+        for name, unit, scale, low, high in zip(space.names, space.units, space.scales, space.low, space.high)
+        if unit.startswith("log") or name.startswith("log") or scale == LOG
     }
     if not widths:
         return None

@@ -23,7 +23,7 @@ from graincal.inference.sampling.weights import error_scale
 class IterativeBayesianFilter(AskTellFilter):
     """Calibrates parameters against one or several references (Hartmann, Cheng, Thornton 2022, sections 2.2 and 5).
 
-    Iteration 0 fills the box with N samples; each later one draws N from a mixture fitted to the weighted samples of the one before. Weights
+    Iteration 0 fills the prior with N samples; each later one draws N from a mixture fitted to the weighted samples of the one before. Weights
     follow from the whole history of the observables, under a covariance chosen so that a given part of the samples stays effective.
 
     >>> filter = IterativeBayesianFilter(space, reference, seed=1)      # doctest: +SKIP
@@ -125,6 +125,7 @@ class IterativeBayesianFilter(AskTellFilter):
         if not self.references:
             raise InputError("filter: at least one reference is needed.")
         self.space.check_experiments(len(self.references))
+        self.space.check_constraints()
         for reference in self.references:
             error_scale(reference, self.scale)
         if self.covariance not in COVARIANCES:

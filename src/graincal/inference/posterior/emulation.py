@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq
 
-from graincal.data import ParameterSpace, Reference
+from graincal.data import Reference
 from graincal.inference.driving.evaluations import Evaluations
 from graincal.inference.emulator.chance import OF_FAILURES, OF_IMPOSSIBLE, Chance, chance
 from graincal.inference.emulator.emulator import Emulator, Kernels, emulated_log_likelihood
@@ -19,6 +19,7 @@ from graincal.inference.emulator.process import Kernel
 from graincal.inference.likelihood.early_stop import FirstStates, bounds
 from graincal.inference.likelihood.error_model import ErrorModel
 from graincal.inference.likelihood.likelihood import ReducedLikelihood, log_likelihood, marginal
+from graincal.inference.posterior.best_fit import best_fit
 from graincal.inference.posterior.doubt import SAMPLES, Doubt, doubt
 from graincal.inference.sampling.defensive import DefensiveMixture
 from graincal.inference.sampling.explore import Explored, explore
@@ -34,9 +35,6 @@ JUDGES = 10
 
 # Samples of equal weight that a proposal can be fitted to.
 FEWEST = 30
-
-# The answer is sought from so many of the best samples and evaluations on.
-SEARCHES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +174,7 @@ def emulate(
     drawn_again = systematic_resampling(explored.weights, SAMPLES, rng)
     return Emulation(
         explored=explored,
-        answer=_best_expected(expected, space, _feasible(np.concatenate([space.to_unit(explored.theta), unit]), impossible), impossible),
+        answer=best_fit(expected, space, np.concatenate([space.to_unit(explored.theta), unit]), impossible),
         held_out=near_the_posterior([each.error for each in held_out]),
         of_mean=near_the_posterior([each.of_mean for each in held_out]),
         coverage=float(np.mean([emulator.coverage for emulator in emulators])),
@@ -218,14 +216,6 @@ def _emulated(
 ) -> NDArray[np.float64]:
     logs = emulated_log_likelihood(likelihoods, emulators, unit)
     return logs if impossible is None else logs + impossible.log_of_none(unit)
-
-
-def _feasible(unit: NDArray[np.float64], impossible: Chance | None) -> NDArray[np.float64]:
-    """Of points (M, n) those that are rather feasible than not; all, where none is."""
-    if impossible is None:
-        return unit
-    feasible = impossible.of(unit) < 0.5
-    return unit[feasible] if feasible.any() else unit
 
 
 def _impossible(evaluations: Evaluations, known: Kernel | None = None) -> Chance | None:
@@ -289,19 +279,3 @@ def _nearness(responses: NDArray[np.float64], reference: Reference, errors: Erro
     power = 1.0 if excess(0.0) > 0 else np.exp(brentq(excess, -60, 0, xtol=1e-3))
     weights = np.exp(power * logs)
     return weights / weights.sum()
-
-
-def _best_expected(
-    expected: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, starts: NDArray[np.float64], impossible: Chance | None
-) -> NDArray[np.float64]:
-    """Where the log likelihood expected at points of the unit cube is the largest, from the best of the starts (M, n) on; where parameters are rather feasible than not, as far as there are such starts."""
-    order = np.argsort(-expected(starts), kind="stable")
-    step = 1e-4 * np.eye(space.size)
-
-    def downhill(point: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        logs = expected(np.concatenate([point[None], point + step, point - step]))
-        return -logs[0], (logs[space.size + 1 :] - logs[1 : space.size + 1]) / 2e-4
-
-    searches = [minimize(downhill, starts[row], jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50}) for row in order[:SEARCHES]]
-    points = _feasible(np.concatenate([starts[order[:1]], [search.x for search in searches]]), impossible)
-    return np.clip(space.from_unit(points[np.argmax(expected(points))]), space.low, space.high)

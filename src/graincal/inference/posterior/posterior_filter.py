@@ -52,7 +52,7 @@ FEW = 200
 class PosteriorFilter(AskTellFilter):
     """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
 
-    A first batch fills the box. When the runs have grown by a quarter the responses are emulated (`emulate`); the next batch is drawn from a density fitted to the
+    A first batch fills the prior. When the runs have grown by a quarter the responses are emulated (`emulate`); the next batch is drawn from a density fitted to the
     emulated posterior; one sample of each is the answer so far (`Emulation.answer`). Every evaluation is used. At the end the answer is run three times.
 
     >>> filter = PosteriorFilter(space, reference, seed=1)      # doctest: +SKIP
@@ -460,6 +460,7 @@ class PosteriorFilter(AskTellFilter):
         if not references:
             raise InputError("filter: at least one reference is needed.")
         self.space.check_experiments(len(references))
+        self.space.check_constraints()
         for name in ("first_batch", "batch"):
             value = getattr(self, name)
             if name == "batch" and value is None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import ParameterSpace, Reference
+from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference.likelihood.error_model import ErrorModel
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
 from graincal.inference.posterior.emulation import Emulation
@@ -21,12 +21,16 @@ from graincal.inference.sampling.proposal import systematic_resampling
 SAMPLES, ENOUGH = 2000, 200
 
 def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evidence: float) -> float:
-    """The log evidence if each range were half as wide, about the posterior's mean as far as the range allows."""
-    width = 0.5 * (space.high - space.low)
-    low = np.clip(posterior.mean() - 0.5 * width, space.low, space.high - width)
-    inside = np.all((posterior.samples >= low) & (posterior.samples <= low + width), axis=1)
+    """The log evidence if each range were half as wide, about the posterior's mean as far as the range allows. NaN where the constraints leave so little of that, that its volume cannot be known."""
+    low = np.clip(space.to_unit(posterior.mean()) - 0.25, 0, 0.5)
+    half = space.within(space.from_unit(low), space.from_unit(low + 0.5))
+    inside = half.in_ranges(posterior.samples)
+    try:
+        smaller = space.log_volume - half.log_volume
+    except InputError:
+        return np.nan
     with np.errstate(divide="ignore"):
-        return float(log_evidence + space.size * np.log(2) + np.log(posterior.weights[inside].sum()))
+        return float(log_evidence + smaller + np.log(posterior.weights[inside].sum()))
 
 
 def under_other_errors(

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from graincal.data import ParameterSpace
-from graincal.inference.sampling.proposal import LEAST_MASS, ProposalOutsideBox, TruncatedMixture, fit_mixture
+from graincal.inference.sampling.proposal import LEAST_MASS, ProposalOutsideBox, TruncatedMixture, fit_mixture, places
+from graincal.inference.sampling.samples import allowed
 
 # Of every component a part is as many times as wide, so that the tails of the proposal are heavier than those of what it was fitted to.
 WIDE_PART, WIDER = 0.2, 2.5
@@ -26,7 +27,7 @@ COMPONENTS, COPIES, STEPS = 10, 2000, 40
 
 @dataclass(frozen=True, eq=False)
 class DefensiveMixture:
-    """A density on the box: `prior_share` of it uniform, the rest a truncated mixture. None for the mixture: all of it uniform."""
+    """A density where the prior holds parameters possible: `prior_share` of it uniform, the rest a truncated mixture. None for the mixture: all of it uniform."""
 
     space: ParameterSpace
     mixture: TruncatedMixture | None = None
@@ -58,7 +59,7 @@ class DefensiveMixture:
         )
 
     def log_density(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The log of the density (N,) at theta (N, n), in the parameters' own units; -inf outside the box."""
+        """The log of the density (N,) at theta (N, n), in the parameters' own units; -inf where the prior is zero."""
         uniform = np.where(self.space.contains(theta), -self.space.log_volume, -np.inf)
         if self.mixture is None:
             return uniform
@@ -67,7 +68,7 @@ class DefensiveMixture:
     def draw(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """`count` points (count, n), each distributed as the density says, spread out: a scrambled Halton sequence carried over into it.
 
-        Raises ProposalOutsideBox where next to nothing of the mixture lies in the box.
+        Raises ProposalOutsideBox where next to nothing of the mixture lies where the prior holds parameters possible.
         """
         from scipy.stats import qmc
 
@@ -75,28 +76,29 @@ class DefensiveMixture:
         sequence = qmc.Halton(d=size + 1, scramble=True, seed=rng)
         kept = np.empty((0, size))
         if self.mixture is None:
-            kept = sequence.random(count)[:, 1:]
+            kept = allowed(lambda more: sequence.random(more)[:, 1:], count, self.space)
         else:
             mass = self.mixture.mass
             if mass < LEAST_MASS:
-                raise ProposalOutsideBox(f"only {mass:.1e} of the proposal's mass lies within the parameters' ranges")
+                raise ProposalOutsideBox(f"only {mass:.1e} of the proposal's mass lies within {places(self.space)}")
             # What is drawn from the whole mixture and falls outside is left out, which is to draw from the truncated one: its share of the draws
-            # has to be the larger for it.
-            share = self.prior_share / (self.prior_share + (1 - self.prior_share) / mass)
+            # has to be the larger for it. So has that of the prior, of which constraints leave a part of the box.
+            uniform, truncated = self.prior_share / self.space.part, (1 - self.prior_share) / mass
+            share = uniform / (uniform + truncated)
             bounds = np.concatenate([[share], share + (1 - share) * np.cumsum(self.mixture.weights)])
             factors = np.linalg.cholesky(self.mixture.covariances)
             for _ in range(100):
-                uniform = sequence.random(max(64, int(np.ceil(count / mass))))
-                component = np.minimum(np.searchsorted(bounds, uniform[:, 0], side="right") - 1, len(factors) - 1)
-                normal = ndtri(np.clip(uniform[:, 1:], 1e-12, 1 - 1e-12))
+                drawn = sequence.random(max(64, int(np.ceil(count / mass))))
+                component = np.minimum(np.searchsorted(bounds, drawn[:, 0], side="right") - 1, len(factors) - 1)
+                normal = ndtri(np.clip(drawn[:, 1:], 1e-12, 1 - 1e-12))
                 unit = np.where(
-                    (component < 0)[:, None], uniform[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal)
+                    (component < 0)[:, None], drawn[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal)
                 )
-                kept = np.concatenate([kept, unit[np.all((unit >= 0) & (unit <= 1), axis=1)]])
+                kept = np.concatenate([kept, unit[self.space.allows(unit)]])
                 if len(kept) >= count:
                     break
             else:
-                raise ProposalOutsideBox(f"{len(kept)} of {count} draws from the proposal fell within the parameters' ranges in 100 rounds")
+                raise ProposalOutsideBox(f"{len(kept)} of {count} draws from the proposal fell within {places(self.space)} in 100 rounds")
         # low + 1 * (high - low) may round to the number after high.
         return np.clip(self.space.from_unit(kept[:count]), self.space.low, self.space.high)
 

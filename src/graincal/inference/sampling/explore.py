@@ -66,7 +66,7 @@ def explore(
     near: DefensiveMixture | None = None,
     thorough: bool = True,
 ) -> Explored:
-    """Samples of prior times likelihood^power; log_likelihood takes points (M, n) of the unit cube. The prior is uniform on the box.
+    """Samples of prior times likelihood^power; log_likelihood takes points (M, n) of the unit cube, and only such as the prior holds possible.
 
     Tempering finds where the posterior is; its samples are moved along and not independent. So a density is fitted to them, and what is returned are
     draws from that, weighted: their errors are those of independent draws, and the weights tell whether the fit was good. Where it was not, more
@@ -85,7 +85,7 @@ def explore(
         if draws.effective_samples >= TOO_FEW:
             return draws.explored()
         draws = _Draws(space, log_likelihood, power)
-    found = temper(log_likelihood, space.size, PARTICLES, rng, power=power)
+    found = temper(log_likelihood, space, PARTICLES, rng, power=power)
     wide = space.from_unit(found.wide)
     fitted = DefensiveMixture.fitted(space, space.from_unit(found.unit), np.full(PARTICLES, 1 / PARTICLES), rng, wide)
     for proposal in (fitted,) if near is None else (near, fitted):
@@ -96,7 +96,7 @@ def explore(
             break
     if draws.effective_samples >= TOO_FEW:
         return draws.explored()
-    tempered = _tempered(space, [found, temper(log_likelihood, space.size, PARTICLES, rng, power=power)], draws.proposals[-1] if draws.proposals else fitted)
+    tempered = _tempered(space, [found, temper(log_likelihood, space, PARTICLES, rng, power=power)], draws.proposals[-1] if draws.proposals else fitted)
     lost = draws.log_evidence - 3 * draws.log_evidence_std > tempered.log_evidence + MOST_LOST
     return draws.explored() if lost else tempered
 

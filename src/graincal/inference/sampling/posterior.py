@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graincal.data import InputError
+from graincal.data import InputError, ParameterSpace
 
 PROBABILITY = 0.9
 """Of the intervals that are told."""
@@ -52,6 +52,10 @@ class Posterior:
             row = np.argmax(cumulated >= level * cumulated[-1], axis=0)
             ends.append(np.take_along_axis(ascending, row[None], axis=0)[0])
         return np.array(ends)
+
+    def relative_std(self, space: ParameterSpace) -> NDArray[np.float64]:
+        """The standard deviation over that of the prior of the space, (n,), in what that is uniform in: near 1 nothing was learnt."""
+        return Posterior(self.names, space.to_unit(self.samples), self.weights).std() / space.deviation
 
     def correlation(self) -> NDArray[np.float64]:
         """Pearson's correlation of the parameters under the weights, (n, n); NaN where a parameter does not vary (paper: Table 5)."""

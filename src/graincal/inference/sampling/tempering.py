@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import logsumexp
 
+from graincal.data import ParameterSpace
 from graincal.inference.sampling.proposal import systematic_resampling
+from graincal.inference.sampling.samples import allowed
 
 # Each power of the likelihood is as much above the last as leaves this part of the samples effective.
 EFFECTIVE = 0.5
@@ -37,9 +39,9 @@ class TemperedSample:
 
 
 def temper(
-    log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], size: int, count: int, rng: np.random.Generator, *, power: float = 1.0
+    log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], space: ParameterSpace, count: int, rng: np.random.Generator, *, power: float = 1.0
 ) -> TemperedSample:
-    """`count` samples, an even number, in `size` dimensions under a uniform prior on the unit cube.
+    """`count` samples, an even number, on the unit cube, under a prior that is uniform where the space holds parameters possible.
 
     Sequential Monte Carlo: the power of the likelihood rises from 0, samples are resampled at each, and moved by differential evolution
     (ter Braak 2006): each half of them along differences of two of the other half, which fits scale and shape of whatever is there, several modes
@@ -47,7 +49,9 @@ def temper(
     """
     from scipy.stats import qmc
 
-    unit = qmc.Sobol(d=size, scramble=True, seed=rng).random(1 << (count - 1).bit_length())[:count]
+    sequence = qmc.Sobol(d=space.size, scramble=True, seed=rng)
+    # Of a power of two, which the sequence fills evenly.
+    unit = allowed(lambda more: sequence.random(1 << (more - 1).bit_length()), count, space)[:count]
     logs = log_likelihood(unit)
     reached, evidence, wide = 0.0, 0.0, unit
     while reached < power:
@@ -62,7 +66,7 @@ def temper(
         unit, logs = unit[rows], logs[rows]
         reached = power if step == power - reached else reached + step
         for _ in range(LAST_MOVES if reached == power else MOVES):
-            unit, logs = _move(log_likelihood, unit, logs, reached, rng)
+            unit, logs = _move(log_likelihood, space, unit, logs, reached, rng)
         if reached <= WIDE_POWER * power * (1 + 1e-12):
             wide = unit
     return TemperedSample(unit, logs, float(evidence), wide)
@@ -83,6 +87,7 @@ def _next_step(logs: NDArray[np.float64], most: float) -> float:
 
 def _move(
     log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    space: ParameterSpace,
     unit: NDArray[np.float64],
     logs: NDArray[np.float64],
     power: float,
@@ -98,7 +103,7 @@ def _move(
         # Once in ten a whole difference, which leads from one mode to another; or else the best length for a Gaussian, more or less.
         length = np.where(rng.random(len(moving)) < 0.1, 1.0, 2.38 / np.sqrt(2 * size) * rng.uniform(0.3, 1.2, len(moving)))
         proposed = moving + length[:, None] * (pool[first] - pool[second]) + 1e-4 * rng.standard_normal(moving.shape)
-        inside = np.all((proposed >= 0) & (proposed <= 1), axis=1)
+        inside = space.allows(proposed)
         new = np.full(len(moving), -np.inf)
         if inside.any():
             new[inside] = log_likelihood(proposed[inside])

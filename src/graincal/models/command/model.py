@@ -17,7 +17,7 @@ from graincal.models.command.folders import Folders
 from graincal.models.command.inputs import BRACES, Given, Inputs
 from graincal.models.command.work import CommandWork, Limits
 from graincal.models.model import Model
-from graincal.models.output import STANDARD_OUTPUT, Column, Output
+from graincal.models.output import STANDARD_OUTPUT, Output
 
 _RUNNING = ("cores", "max_at_once")
 
@@ -111,14 +111,12 @@ class CommandModel(Model):
     def restored(cls, described: Mapping[str, Any]) -> CommandModel:
         """The model that was described."""
         given = {key: value for key, value in described.items() if key not in ("kind", "output", "exit_codes", "running")}
-        output, running = dict(described["output"]), dict(described["running"])
-        columns = {name: Column(**column) for name, column in output.pop("columns").items()}
-        codes = {key: tuple(value) for key, value in described["exit_codes"].items()}
+        running, codes = dict(described["running"]), {key: tuple(value) for key, value in described["exit_codes"].items()}
         given |= {key: tuple(given[key]) for key in ("command", "link", "delimiters")}
         return cls(
             **given | {"folder": Path(given["folder"])},
             **{key: running[key] for key in _RUNNING},
-            output=Output(columns, **output | {"zero": tuple(output["zero"])}),
+            output=Output.restored(described["output"]),
             limits=Limits(running["time_limit"], running["memory"], **codes),
             folders=Folders(keep=running["keep"], scratch=running["scratch"]),
         )

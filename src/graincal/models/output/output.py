@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,9 @@ HDF5 = (".h5", ".hdf5")
 
 STANDARD_OUTPUT = "-"
 """The name of a file that stands for what a program prints."""
+
+ROUNDED = 1e-6
+"""Of the span of the control that is asked for: programs print their numbers with six digits or more."""
 
 LEFT_OUT = "rows_left_out"
 """The detail of a response that says how many rows were left out, for the control fell back or stood still there."""
@@ -54,6 +58,11 @@ class Output:
         for key, names, known in (("zero", self.zero, list(self.columns)), ("strain", self.strain if isinstance(self.strain, Mapping) else (), strains)):
             if unknown := [name for name in names if name not in known]:
                 raise InputError(f"output.{key} names '{unknown[0]}'{did_you_mean(unknown[0], known)}, and some of {', '.join(known) or 'no quantity'} were expected.")
+
+    @classmethod
+    def restored(cls, described: Mapping[str, Any]) -> Output:
+        """The output that `asdict` described."""
+        return cls(**described | {"columns": {name: Column(**column) for name, column in described["columns"].items()}, "zero": tuple(described["zero"])})
 
     def check(self, control: str) -> None:
         """Raise InputError where the control is no column, or nothing else is."""
@@ -88,6 +97,10 @@ class Output:
         except Exception as error:
             return Failure("unreadable", f"{name} cannot be read ({type(error).__name__}: {error}).")
         return self._met(values, control, at)
+
+    def taken(self, columns: Columns, control: str, at: NDArray[np.float64]) -> Response | Failure:
+        """As `read`, of columns wherever they are from. Raises Unreadable for what they do not hold."""
+        return self._met(self._values(columns), control, at)
 
     def _values(self, columns: Columns) -> dict[str, NDArray[np.float64]]:
         """The quantities at the rows that are chosen, (T,) each."""
@@ -127,6 +140,7 @@ class Output:
         kept = ~(turned_back(along) | repeated(along))
         details = {LEFT_OUT: float(np.count_nonzero(~kept))}
         along, values = along[kept], {name: each[kept] for name, each in values.items() if name != control}
+        along = _with_rounded_ends(along, at)
         if not covers(along, at):
             return Failure("incomplete", f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}.", details)
         # The states from the last before the reference to the first behind it.
@@ -136,3 +150,13 @@ class Output:
             if not finite.all():
                 return Failure("not_finite", f"{name} is {each[within][np.argmin(finite)]} at {control} {along[within][np.argmin(finite)]:g}.", details)
         return interpolate(Response(along, values, details, control), at)
+
+
+def _with_rounded_ends(along: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The control's values, the first and the last of which are those that are asked for where they miss these by no more than a table is rounded."""
+    ends, near = along.copy(), ROUNDED * np.ptp(at)
+    if 0 < along[0] - at[0] <= near:
+        ends[0] = at[0]
+    if 0 < at[-1] - along[-1] <= near:
+        ends[-1] = at[-1]
+    return ends

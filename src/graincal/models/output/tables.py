@@ -67,7 +67,7 @@ def _opened(content: Path | bytes) -> Path | io.BytesIO:
     return io.BytesIO(content) if isinstance(content, bytes) else content
 
 
-def _of_named(columns: Mapping[str, NDArray], name: str) -> Columns:
+def of_named(columns: Mapping[str, NDArray], name: str) -> Columns:
     """Columns that have names, perhaps with a unit in brackets behind them."""
     without_units = {split_header(each)[0]: each for each in columns}
 
@@ -87,7 +87,7 @@ def _of_npy(content: Path | bytes, name: str) -> Columns:
     """An array (T, K), whose columns go by their numbers from 1, or a structured one (T,), whose fields have names."""
     array = np.load(_opened(content), allow_pickle=False)
     if array.dtype.names:
-        return _of_named({field: array[field] for field in array.dtype.names}, name)
+        return of_named({field: array[field] for field in array.dtype.names}, name)
     if array.ndim != 2:
         raise Unreadable(f"{name} holds an array of the shape {array.shape}, and rows and columns, or an array with named fields, were expected.")
 
@@ -110,7 +110,7 @@ def _of_npz(content: Path | bytes, name: str) -> Columns:
     if whole > LARGEST_BINARY:
         raise Unreadable(f"{name} unpacks to {whole / 2**20:,.0f} MiB, and at most {LARGEST_BINARY / 2**20:,.0f} were expected.")
     with np.load(_opened(content), allow_pickle=False) as arrays:
-        return _of_named({key: arrays[key] for key in arrays.files}, name)
+        return of_named({key: arrays[key] for key in arrays.files}, name)
 
 
 def _of_hdf5(content: Path | bytes, name: str) -> Columns:
@@ -126,7 +126,7 @@ def _of_hdf5(content: Path | bytes, name: str) -> Columns:
 
     with h5py.File(_opened(content), "r") as file:
         file.visititems(look)
-    return _of_named(_Datasets(content, {spelt: each for each in names for spelt in (each, f"/{each}")}), name)
+    return of_named(_Datasets(content, {spelt: each for each in names for spelt in (each, f"/{each}")}), name)
 
 
 class _Datasets(Mapping):
