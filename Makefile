@@ -1,18 +1,22 @@
 # make demo    a whole calibration on an embedded default, with its report
 # make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
-# Both create the virtual environment .venv and build what they need first.
+# make test-cluster    the faults of a cluster, through a real Slurm of one node: some ten minutes; needs root, and the packages slurm-wlm and munge
+# All create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv
 INSTALLED := $(VENV)/.installed
 TEST_INSTALLED := $(VENV)/.installed-test
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native -type f)
 
-.PHONY: demo test clean
+.PHONY: demo test test-cluster clean
 demo: $(INSTALLED)
 	$(VENV)/bin/graincal demo
 
 test: $(TEST_INSTALLED)
 	$(VENV)/bin/python -m pytest --numprocesses auto --maxprocesses 8 --dist worksteal $(PYTEST_ARGS)
+
+test-cluster: $(TEST_INSTALLED)
+	$(VENV)/bin/python -m pytest --numprocesses 0 -m cluster -s tests/cluster $(PYTEST_ARGS)
 
 $(INSTALLED): $(SOURCES)
 	@sh tools/check-machine.sh $(PYTHON)

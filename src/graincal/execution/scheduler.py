@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import suppress
 from heapq import heappop, heappush
 from itertools import count
 from math import inf
 from queue import Empty, SimpleQueue
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from graincal.data import Failure, Response
 from graincal.execution.cores import number_of_workers
@@ -18,9 +18,12 @@ from graincal.execution.executor import OnExecutor
 from graincal.execution.interrupts import interrupts_later
 from graincal.execution.processes import CRASHED, Processes
 from graincal.execution.task import LOST, Task
-from graincal.execution.threads import Threads
+from graincal.execution.threads import Done, Threads
 
-Backend = Threads | Processes | OnExecutor
+if TYPE_CHECKING:
+    from graincal.execution.elsewhere import Elsewhere
+
+Backend = "Threads | Processes | OnExecutor | Elsewhere"
 """Runs the tasks that it is handed, all at once, and tells `done(task, outcome)` from any thread; `submit(tasks)`, `stop()`."""
 
 
@@ -44,11 +47,12 @@ class Scheduler:
 
     workers: that run at once on this machine; an executor runs as many as it will where "all" is asked for, and otherwise as many as that. Work goes on while whoever is told an outcome thinks about it. A task whose process
     ended abruptly is run once more when nothing else is under way, for memory may have been short: only then is that its outcome. One that was lost (a failure of the kind `LOST`) is run again up to three times, and
-    everything else that a task comes to is its outcome.
+    everything else that a task comes to is its outcome. elsewhere: makes the backend of all tasks whose work has no executor of its own; without it they run on this machine.
     """
 
-    def __init__(self, workers: int | Literal["all"]) -> None:
+    def __init__(self, workers: int | Literal["all"], elsewhere: Callable[[Done], Elsewhere] | None = None) -> None:
         self._local, self._remote = _Pool(number_of_workers(workers)), _Pool(inf if workers == "all" else number_of_workers(workers))
+        self._elsewhere = elsewhere
         self._backends: dict[object, Backend] = {}
         self._outcomes: SimpleQueue[tuple[Task, Response | Failure | BaseException]] = SimpleQueue()
         self._lock = threading.Lock()
@@ -106,7 +110,7 @@ class Scheduler:
         self._pool(task).put((task.order, -task.cost, next(self._number), task))
 
     def _pool(self, task: Task) -> _Pool:
-        return self._local if task.work.executor is None else self._remote
+        return self._local if task.work.executor is None and self._elsewhere is None else self._remote
 
     def _fill(self) -> None:
         """Begin what may begin. An executor may run a task where it is handed over: what ends meanwhile is gone on with by the loop that is running already."""
@@ -138,10 +142,13 @@ class Scheduler:
 
     def _backend(self, task: Task) -> Backend:
         work = task.work
-        key = work.executor if work.executor is not None else work.key if work.own_process else None
+        key = work.executor if work.executor is not None else self._elsewhere if self._elsewhere is not None else work.key if work.own_process else None
         if key not in self._backends:
             if work.executor is not None:
                 self._backends[key] = OnExecutor(work.executor, self._done)
+            elif self._elsewhere is not None:
+                self._backends[key] = backend = self._elsewhere(self._done)
+                self._remote.most = min(self._remote.most, backend.holds)
             else:
                 self._backends[key] = Processes(work, self._done) if work.own_process else Threads(self._done)
         return self._backends[key]

@@ -12,6 +12,7 @@ import numpy as np
 
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
+from graincal.campaign.asked.place import PARSL, Place
 from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.execution import number_of_workers
 from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
@@ -63,6 +64,7 @@ class Calibration:
     first_look: evaluations of cheaper models to begin with, by the method "posterior". look: the calibration by cheaper models that makes them, which is run
     first where they are not there yet. known: runs of the same models that were made before (`runs.known_runs`), by the method "posterior".
     expected_seconds: what one evaluation is said to take on one core, in all experiments: so a method knows whether hundreds may fill the ranges, or every one counts.
+    place: where evaluations run, if not in workers of graincal's own; it changes nothing of what is found either.
     by_hand: whether somebody makes all runs elsewhere, whatever the models are, and tells what they gave. Like `workers`, it changes nothing of what is found.
     """
 
@@ -80,6 +82,7 @@ class Calibration:
     look: Calibration | None = None
     known: KnownRuns | None = None
     expected_seconds: float | None = None
+    place: Place | None = None
     by_hand: bool = False
 
     def __post_init__(self) -> None:
@@ -146,6 +149,7 @@ class Calibration:
         if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, Real) or not 0 < seconds < np.inf):
             raise InputError(f"run.expected_seconds must be a number of seconds above 0, not {seconds!r}.")
         number_of_workers(self.workers)  # raises for what is none
+        self._check_place()
         for experiment in self.experiments:
             if len(experiment.reference.control) < 2:
                 raise InputError(f'experiment "{experiment.name}": its reference holds a single state, and a curve of at least two was expected.')
@@ -155,6 +159,15 @@ class Calibration:
         for number, experiment in enumerate(self.experiments):
             self._check_model(experiment, self.space.of_experiment(number))
         return self
+
+    def _check_place(self) -> None:
+        """Raise InputError for what would be another thing elsewhere than on this machine."""
+        if self.place is None:
+            return
+        if self.filter_options.get("early_stop"):
+            raise InputError(f"filter.early_stop must be false where evaluations run by {self.place}: a run there cannot be watched, and would go on to another end than on this machine.")
+        if self.place.executor != PARSL and (timed := [each.name for each in self.experiments if getattr(each.model, "timeout", None) is not None]):
+            raise InputError(f'experiment "{timed[0]}": its model has a timeout, which {self.place} cannot keep; none was expected, or run.executor = "{PARSL}".')
 
     def check_names(self) -> None:
         """Raise InputError for a name or a unit that cannot be shown as it is. One that was begun before may have some."""

@@ -135,6 +135,7 @@ def _build(file: CalibrationFile, folder: Path, source: str, more_runs: Sequence
         file.run.workers,
         source,
         expected_seconds=file.run.expected_seconds,
+        place=file.run.place(folder),
     )
     if exploring:
         return calibration

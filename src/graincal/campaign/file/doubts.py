@@ -48,7 +48,7 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         said += [Doubt("unusual-parameter", sentence) for sentence in unlikely]
     said += limit_doubts(calibration, calibration.blank_filter())
     said += _idle_workers(calibration)
-    if calibration.number_of_workers > (cores := available_cores()):
+    if calibration.place is None and calibration.number_of_workers > (cores := available_cores()):
         text = f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it."
         said.append(Doubt("more-workers-than-cores", text))
     return said

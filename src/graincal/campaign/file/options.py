@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from graincal.campaign.file.names import FileName
-from graincal.campaign.file.section import Section
-from graincal.campaign.file.values import Count, NotNegative, Off, Positive
+from graincal.campaign.asked.place import PARSL, Place
+from graincal.campaign.file.blocks import BlocksSection
+from graincal.campaign.file.names import FileName, Shown
+from graincal.campaign.file.section import Section, mistake, show
+from graincal.campaign.file.values import Count, NotNegative, Off, Positive, from_root
 from graincal.execution.cores import MOST_WORKERS
 from graincal.inference import DEFAULT_METHOD, METHODS
 from graincal.inference.posterior.posterior_filter import MOST_AHEAD
 from graincal.inference.sampling.samples import MOST_SAMPLES
 from graincal.models.python import LONGEST_TIMEOUT
+from graincal.suggestion import did_you_mean
 
 MOST_ROUNDS = 1_000_000
 """Of limits on evaluations and iterations: what is longer is none."""
+
+
+LOCAL = "local"
+"""The executor of this machine's own workers."""
 
 
 class FilterSection(Section):
@@ -61,3 +69,21 @@ class RunSection(Section):
     workers: Count | Literal["all"] = Field("all", description='a whole number above 0, or "all"')
     seed: int = Field(1, ge=0, description="a whole number, not negative")
     expected_seconds: Positive | None = Field(None, description="seconds above 0 that one evaluation takes on one core")
+    executor: Shown = Field(LOCAL, description='"local", "parsl", or a function as "module:function"')
+    parsl: BlocksSection | None = Field(None, description='a table [run.parsl] with provider = "local", "slurm", "pbs" or "lsf"')
+
+    @model_validator(mode="after")
+    def _one_executor(self) -> RunSection:
+        if self.executor not in (LOCAL, PARSL) and not all(part.strip() for part in self.executor.partition(":")):
+            raise mistake(f'.executor must be "{LOCAL}", "{PARSL}", or a function as "module:function", not {show(self.executor)}{did_you_mean(self.executor, (LOCAL, PARSL))}')
+        if self.executor == PARSL and self.parsl is None:
+            raise mistake(f'.parsl is missing, and with executor = "{PARSL}" a table [run.parsl] with provider = "local", "slurm", "pbs" or "lsf" was expected')
+        if self.parsl is not None and "executor" not in self.model_fields_set:
+            raise mistake(f'.executor is missing, and with a table [run.parsl] executor = "{PARSL}" was expected, or "{LOCAL}", which leaves that table aside')
+        return self
+
+    def place(self, folder: Path) -> Place | None:
+        """Where evaluations run; None for workers of graincal's own. folder: the file's."""
+        if self.executor == LOCAL:
+            return None
+        return Place(PARSL, self.parsl.given()) if self.executor == PARSL else Place(self.executor, folder=str(from_root(folder)))

@@ -100,7 +100,8 @@ def changed_keys(path: Path, store: Store) -> str | None:
 
 
 def edited_run(path: Path, store: Store) -> dict[str, Any]:
-    """What [run] of a campaign's copy of the calibration file says of where it runs, and did not say when it was begun; {} where there is no copy that can be read. Raises InputError for what it cannot say."""
+    """What [run] of a campaign's copy of the calibration file says of where it runs, and did not say when it was begun, its executor as `place`; {} where there is no copy that can be read. Raises InputError for what it cannot
+    say."""
     try:
         before, now = (read_toml(text).get("run", {}) for text in (store.meta("source") or "", path.read_text(encoding="utf-8-sig")))
     except (OSError, ValueError):
@@ -111,7 +112,10 @@ def edited_run(path: Path, store: Store) -> dict[str, Any]:
         run = RunSection.model_validate(now)
     except ValidationError as error:
         raise InputError("\n".join(f"{path}: run.{sentence}" for sentence in sentences(error, now))) from None
-    return {key: value for key, value in run.given("seed").items() if value != before.get(key)}
+    # A function is found where it was when the campaign was begun.
+    place = run.place(Path(store.meta("file") or path).parent)
+    changed = {key: value for key, value in run.given("seed", "executor", "parsl").items() if value != before.get(key)}
+    return changed if place == store.calibration.place else changed | {"place": place}
 
 
 def changed_since(store: Store) -> tuple[Path, str] | None:

@@ -16,6 +16,7 @@ from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.by_hand import by_hand
+from graincal.campaign.run.elsewhere import backend_elsewhere
 from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
@@ -59,7 +60,7 @@ class Evaluations:
     def __init__(self, calibration: Calibration, store: Store, listeners: Sequence[Listener] = (), stored: Callable[[], None] = lambda: None) -> None:
         self.calibration = calibration if store.folder is None else in_folder(calibration, store.folder / FILES)
         self.store, self.listeners, self._stored = store, listeners, stored
-        self._scheduler = Scheduler(calibration.workers)
+        self._scheduler = Scheduler(calibration.workers, backend_elsewhere(calibration, store, listeners))
         self._batches: dict[int, tuple[Samples, EarlyStop | None]] = {}
         self._under_way: Counter[int] = Counter()
         self._not_started: list[Ended] | None = [] if not store.counts()["evaluated"] else None

@@ -17,6 +17,7 @@ from graincal.campaign.asked.experiment import Experiment, no_reference
 from graincal.campaign.asked.points import checked_points
 from graincal.campaign.run.campaign import Campaign
 from graincal.campaign.run.claiming import claim
+from graincal.campaign.run.elsewhere import check_place
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import NAME as LOG
@@ -65,6 +66,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
     folder = Path(folder)
     calibration = for_library(calibration).check()
     calibration.check_names()
+    check_place(calibration.place)
     if points is not None and runs is not None:
         raise InputError("explore: runs and points are both given, and one of them was expected.")
     if points is not None:
@@ -107,6 +109,7 @@ def go_on_filling(
             calibration = replace(calibration, experiments=[replace(each, model=model) for each, model in zip(calibration.experiments, models)])
         if workers is not None:
             calibration = replace(calibration, workers=workers)
+        check_place(calibration.place)
         return _fill(calibration.check(), store, (*listeners, log))
 
 

@@ -21,6 +21,7 @@ from graincal.campaign.found.runs import known_runs
 from graincal.campaign.run.campaign import CURVES, Campaign
 from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.continuing import changed_criteria, changed_keys, changed_since, edited_run, refuse_another_past, with_criteria
+from graincal.campaign.run.elsewhere import check_place
 from graincal.campaign.run.evaluations import FILES
 from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
@@ -36,6 +37,7 @@ from graincal.result import Result
 
 CALIBRATION_FILE = "campaign.toml"
 REPORT = "report.html"
+HERE = "workers of this machine"
 
 
 def calibrate(
@@ -93,6 +95,7 @@ def calibrate(
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = (), accepted: Sequence[Doubt] = ()) -> Result:
     """Run a new campaign, in memory or in a folder that holds none. accepted: problems in spite of which it is run, which are kept and reported."""
     calibration.check().check_names()
+    check_place(calibration.place)
     if folder is None and by_hand(calibration):
         raise InputError("runs that are made by hand are told to a campaign that is kept: folder = a folder of its own was expected.")
     if folder is None:
@@ -152,18 +155,20 @@ def resume(
     """
     folder = Path(folder)
     store = Store.open(folder)
+    run = edited_run(folder / CALIBRATION_FILE, store)
     if not trust and not by_hand and model is None:
-        refuse_strangers_code(store)
+        refuse_strangers_code(store, run.get("place"))
     if store.is_library:
         raise InputError(f"{folder}: this is a library of runs for no reference; explore, with the same arguments, goes on with it.")
     calibration = replace(with_criteria(store.calibration, criteria), by_hand=by_hand)
     if model is not None:
         calibration = replace(calibration, experiments=_with_models(calibration.experiments, model))
-    run = edited_run(folder / CALIBRATION_FILE, store)
     if workers is None:
         workers = run.get("workers")
     if workers is not None:
         calibration = replace(calibration, workers=workers)
+    # What somebody makes by hand runs nowhere.
+    calibration = replace(calibration, place=None if by_hand else run.get("place", calibration.place))
     changes = changed_criteria(store.calibration.stop, calibration.stop)
     if edited := changed_keys(folder / CALIBRATION_FILE, store):
         for listener in listeners:
@@ -174,9 +179,12 @@ def resume(
     if store.meta("stopped_by") and not changes:
         return Result(store, calibration)
     calibration.check()
+    check_place(calibration.place)
     with closing(Log(folder)) as log:
         if calibration.workers != store.calibration.workers:
             log.write(f"Goes on with workers = {json.dumps(calibration.workers)}, where it was begun with {json.dumps(store.calibration.workers)}.")
+        if not by_hand and calibration.place != store.calibration.place:
+            log.write(f"Goes on by {calibration.place or HERE}, where it was begun by {store.calibration.place or HERE}.")
         if "expected_seconds" in run:
             log.write("run.expected_seconds was changed: it says how a campaign begins, and changes nothing of one that was begun.")
         if changes:
@@ -193,7 +201,7 @@ def resume(
 
 def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[Listener]) -> Result:
     now = provenance()
-    log.write("Runs with " + ", ".join(f"{name} {value}" for name, value in now.items()) + f", {calibration.number_of_workers} workers.")
+    log.write("Runs with " + ", ".join(f"{name} {value}" for name, value in now.items()) + f", {calibration.number_of_workers} workers{'' if calibration.place is None else f', by {calibration.place}'}.")
     _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
     listeners = (*listeners, log)
     sources = calibration.known.sources if calibration.known else ()
@@ -221,7 +229,7 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
     """The calibration with what its look brings, which is run to its end first if it was not: a campaign in a folder of its own within this one's."""
     if calibration.look is None or calibration.first_look is not None:
         return calibration
-    look = replace(calibration.look, workers=calibration.workers)
+    look = replace(calibration.look, workers=calibration.workers, place=calibration.place)
     # Its own log says what happens in it.
     others = [listener for listener in listeners if not isinstance(listener, Log)]
     for listener in listeners:

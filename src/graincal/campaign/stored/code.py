@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.asked.place import Place
 from graincal.campaign.stored.store import NAME, Store
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
@@ -22,6 +23,9 @@ CODE = "code"
 
 CHANGED = "code changed"
 """The key under which a store keeps what was changed in these between two sittings, from which on evaluations may be those of another model."""
+
+_LINES = ("worker_init", "scheduler_options")
+"""The keys of a cluster's blocks that are lines of a script."""
 
 _MOST = 1_000
 """Files of which digests are kept."""
@@ -72,8 +76,10 @@ def look_at_code(store: Store, calibration: Calibration) -> str | None:
     return said
 
 
-def refuse_strangers_code(store: Store) -> None:
-    """Raise InputError where the store's database belongs to another user, and going on with it would run functions or programs that it names: that is for a person to decide, who is shown which."""
+def refuse_strangers_code(store: Store, place: Place | None = None) -> None:
+    """Raise InputError where the store's database belongs to another user, and going on with it would run functions or programs that it names, or lines of its jobs' scripts: that is for a person to decide, who is shown which.
+
+    place: where it is to run now, if not where it was begun."""
     database = store.folder / NAME
     try:
         owner = database.stat().st_uid
@@ -85,8 +91,11 @@ def refuse_strangers_code(store: Store) -> None:
     experiments = (*store.calibration.experiments, *(look.experiments if look else ()))
     code = {(each.model.function, each.model.folder) for each in experiments if isinstance(each.model, PythonModel) and isinstance(each.model.function, str)}
     code |= {(shlex.join(each.model.command), each.model.folder) for each in experiments if isinstance(each.model, CommandModel)}
-    if code:
-        said = "; ".join(f"{name}{f' of {folder}' if folder else ''}" for name, folder in sorted(code, key=str))
+    runs = [f"{name}{f' of {folder}' if folder else ''}" for name, folder in sorted(code, key=str)]
+    places = {str(each): each for each in (store.calibration.place, place) if each}
+    runs += [f"{each}{''.join(f', {key} = {json.dumps(each.blocks[key])}' for key in _LINES if key in each.blocks)}" for each in places.values()]
+    if runs:
+        said = "; ".join(runs)
         raise InputError(f"{database}: this campaign belongs to another user ({_user(owner)}), and to go on with it runs code: {said}. Where you trust that, go on by --trust, or trust=True in Python.")
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from graincal.campaign.asked.calibration import Calibration, round_of
 from graincal.campaign.asked.description import describe, describe_first_look, describe_stop, restore
 from graincal.campaign.asked.doubt import Doubt
+from graincal.campaign.asked.place import Place
 from graincal.campaign.stored.arrays import pack_array, pack_columns, unpack_array, unpack_columns
 from graincal.campaign.stored.database import BEFORE, NAME, VERSION, Database, columns_of, damage_is_said, sound
 from graincal.campaign.stored.learnt import Learnt
@@ -73,6 +74,7 @@ class Store:
         meta = {
             "description": _as_json(describe(calibration)),
             "workers": json.dumps(calibration.workers),
+            "place": json.dumps(calibration.place and calibration.place.as_json()),
             "source": calibration.source,
             "file": calibration.file,
             "truth": _as_json(calibration.truth),
@@ -130,7 +132,9 @@ class Store:
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
         truth = json.loads(self.meta("truth"))
-        others = {"workers": json.loads(self.meta("workers")), "source": self.meta("source"), "truth": truth, "file": self.meta("file")}
+        # A store of a version before says none.
+        place = json.loads(self.meta("place") or "null")
+        others = {"workers": json.loads(self.meta("workers")), "place": place and Place(**place), "source": self.meta("source"), "truth": truth, "file": self.meta("file")}
         return restore(self.description, known=self._known(), **others)
 
     @damage_is_said

@@ -1,0 +1,100 @@
+"""Evaluations of a campaign that run elsewhere: by Parsl, or by an executor that the calibration names."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from uuid import uuid4
+
+from graincal.campaign.asked.calibration import Calibration
+from graincal.campaign.asked.place import PARSL, Place
+from graincal.campaign.stored.listener import Listener
+from graincal.campaign.stored.store import Store
+from graincal.data import InputError
+from graincal.execution.threads import Done
+from graincal.models import Model
+from graincal.models.named_function import find_function
+
+LABEL = "label"
+"""The key under which a store keeps what its jobs are known by, before the first of them is submitted."""
+
+
+def check_place(place: Place | None) -> None:
+    """Raise InputError where evaluations cannot be handed over from here. A named function's module is imported for that."""
+    if place is None:
+        return
+    if place.executor == PARSL:
+        from graincal.execution.providers import Blocks
+
+        Blocks(**place.blocks).check()
+    else:
+        _function(place)
+
+
+def backend_elsewhere(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Callable[[Done], object] | None:
+    """What makes the scheduler's backend; None where evaluations run in workers of graincal's own. Raises InputError as `check_place`."""
+    place = calibration.place
+    if place is None:
+        return None
+    if store.folder is None:
+        raise InputError(f"evaluations by {place} need a campaign that is kept in a folder.")
+    check_place(place)
+
+    def say(text: str) -> None:
+        for listener in listeners:
+            listener.remark(text)
+
+    models = [experiment.model for experiment in calibration.experiments]
+
+    def make(done: Done) -> object:
+        if place.executor == PARSL:
+            from graincal.execution.parsl import OnBlocks
+            from graincal.execution.providers import Blocks
+
+            timeouts = [_timeout(model) for model in models]
+            longest, cores = None if None in timeouts else max(timeouts), max(getattr(model, "cores", 1) for model in models)
+            return OnBlocks(Blocks(**place.blocks), _label(store), done, store.folder, say, longest=longest, cores=cores)
+        from graincal.execution.elsewhere import OnNamedExecutor
+
+        return OnNamedExecutor(_executor(place), done, store.folder, say, needs_folder=any(map(_keeps_files, models)))
+
+    return make
+
+
+def _timeout(model: Model) -> float | None:
+    """The seconds that an evaluation may take; None where nothing is said."""
+    limits = getattr(model, "limits", None)
+    return getattr(model, "timeout", None) if limits is None else limits.time_limit
+
+
+def _keeps_files(model: Model) -> bool:
+    """Whether an evaluation writes into the campaign's folder, from where it runs."""
+    folders = getattr(model, "folders", None)
+    return folders is not None and folders.scratch is None
+
+
+def _label(store: Store) -> str:
+    """The same for all sittings of a campaign, and another one for a copy of its folder, whose jobs are others."""
+    store.keep(LABEL, uuid4().hex[:12])
+    return f"graincal-{store.meta(LABEL)}-{hashlib.sha256(str(store.folder.resolve()).encode('utf-8', 'surrogateescape')).hexdigest()[:6]}"
+
+
+def _function(place: Place) -> Callable[[], Executor]:
+    try:
+        return find_function(place.executor, Path(place.folder) if place.folder else None)
+    except InputError as error:
+        raise InputError(f"run.executor: {error}") from error
+
+
+def _executor(place: Place) -> Executor:
+    try:
+        executor = _function(place)()
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"run.executor: {place.executor} failed ({type(error).__name__}: {error}).") from error
+    if not isinstance(executor, Executor):
+        raise InputError(f"run.executor: {place.executor} must return a concurrent.futures.Executor, not {type(executor).__name__}.")
+    return executor
