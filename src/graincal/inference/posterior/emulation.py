@@ -151,7 +151,7 @@ def emulate(
     some, stopped = np.isfinite(log_weights).any(), evaluations.stopped
     weights = normalised(log_weights) if some else np.zeros(len(evaluations))
     held_out = [emulator.held_out() for emulator in emulators]
-    nearness = _nearness(evaluations, weights if some else None, emulators)
+    nearness = _near_the_posterior(evaluations, weights if some else None, emulators)
     drawn = np.sum(evaluations.proposal >= 0)
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
 
@@ -199,7 +199,7 @@ def _log_weights(evaluations: Evaluations, emulated: NDArray[np.float64], first_
     return evaluations.log_weights(logs, np.full(len(evaluations), True))
 
 
-def _nearness(evaluations: Evaluations, weights: NDArray[np.float64] | None, emulators: Sequence[Emulator]) -> list[NDArray[np.float64]]:
+def _near_the_posterior(evaluations: Evaluations, weights: NDArray[np.float64] | None, emulators: Sequence[Emulator]) -> list[NDArray[np.float64]]:
     """How much the runs that each emulator learnt from say of its errors near the posterior: those with whole responses (M,), by the weights (N,) of all."""
     if weights is None:
         # Runs that were all made before carry no weight: then those whose own responses are nearest count.
