@@ -6,7 +6,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import suppress
 from math import inf
 from pathlib import Path
@@ -246,7 +246,12 @@ class OnNamedExecutor(Elsewhere):
     def end(self) -> None:
         with self._lock:
             futures = list(self._under_way.values())
-        for future in futures:
-            future.cancel()
+        if futures and isinstance(self._executor, ProcessPoolExecutor):
+            # Python would wait for what they run, and for what waits in their queue, at the end of this process.
+            for process in list((self._executor._processes or {}).values()):
+                process.kill()
+        else:
+            for future in futures:
+                future.cancel()
         # Workers that have nothing to do end at once, and are not left to the end of the process.
         self._executor.shutdown(wait=not futures)
