@@ -333,6 +333,9 @@ def test_the_last_hundred_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("graincal.models.command.folders.MOST_KEPT", 3)
     outcomes(shell("exit 1", root=tmp_path), *range(6), workers=1)
     assert sorted(each.name for each in tmp_path.iterdir()) == ["00003", "00004", "00005"]
+    # Of several attempts each counts.
+    outcome(shell("exit 75", root=tmp_path, limits={"retry_exit_codes": (75,)}))
+    assert [each.name for each in sorted(tmp_path.glob("*/*"))] == ["attempt-1", "attempt-2", "attempt-3"]
 
 
 def test_scratch_runs_elsewhere_and_brings_the_declared_output_back(tmp_path, monkeypatch):
