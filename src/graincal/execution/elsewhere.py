@@ -45,6 +45,9 @@ class Elsewhere(ABC):
     What its machine has of another graincal is said. It stops no run early.
     """
 
+    without_folder = ", or `scratch` of the models, which are run on the node's own disk then"
+    """What else would do where a node does not see the campaign's folder, as the end of a sentence."""
+
     own_process = False
     """Whether a work that asks for a process of its own has one there."""
 
@@ -189,7 +192,7 @@ class Elsewhere(ABC):
             return
         place: Place = future.result()
         if not place.sees and self._needs_folder:
-            raise InputError(f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected, or `scratch` of the models, which are run on the node's own disk then.")
+            raise InputError(f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected{self.without_folder}.")
         self.looked(place)
         self._compare(place)
         with self._lock:
