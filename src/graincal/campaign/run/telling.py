@@ -63,6 +63,8 @@ def _files(told: Path, calibration: Calibration, found: Told) -> Iterator[tuple[
         inner = sorted(each for each in told.iterdir() if each.is_dir())
         folders = {number: [each for each in inner if file_name(each.name) == name] for number, name in enumerate(names)}
         found.refused += [f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected." for path in told_in(told, calibration.experiments[0])]
+        strange = [each for each in inner if file_name(each.name) not in names and any(path.stem.isdecimal() for path in told_in(each, calibration.experiments[0]))]
+        found.refused += [f"{each}: there is no experiment of this name, and one of {', '.join(names)} was expected." for each in strange]
     for number, each in folders.items():
         for file in files_of_experiment(each, calibration.experiments[number], found.refused):
             yield number, file
