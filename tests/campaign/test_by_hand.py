@@ -75,7 +75,7 @@ def test_it_finds_bit_for_bit_what_the_function_gives(call, tmp_path):
     one, other = (gc.Result.read(tmp_path / name / "campaign") for name in ("function", "hand"))
     assert_same(one, other)
     assert one.failures == other.failures > 0 and one.stopped_because == other.stopped_because
-    assert (tmp_path / "hand" / "campaign" / "report.html").exists() and (tmp_path / "hand" / "campaign" / "curves" / "drained_best.csv").exists()
+    assert "runs made by hand" in (tmp_path / "hand" / "campaign" / "report.html").read_text(encoding="utf-8") and (tmp_path / "hand" / "campaign" / "curves" / "drained_best.csv").exists()
 
 
 @pytest.mark.usefixtures("fewer_draws")
@@ -148,12 +148,20 @@ def test_what_cannot_be_taken_is_said_and_the_rest_is_kept(call, begun, tmp_path
     told = call("tell", begun, runs)
     assert told.code == 1 and "5 outcomes kept, 5 refused; 15 runs still to be made." in told.out
     assert "2.csv: kept as a failure (incomplete)" in told.out and "3.csv: kept as a failure (not_finite)" in told.out
-    for sentence in ("1.csv: 1.csv: ", "99.csv: there is no sample 99", "run 5.csv: the id of a sample was expected", "6.csv: ", "9.csv: "):
+    for sentence in ("1.csv: ", "99.csv: there is no sample 99", "run 5.csv: the id of a sample was expected", "6.csv: ", "9.csv: "):
         assert sentence in told.err, sentence
+    assert "1.csv: 1.csv: " not in told.err
     assert "volumetric_strain" in told.err and "notes" not in told.err
     outcomes = Store.open(begun).outcomes(range(10), 0)
     assert [type(each).__name__ for each in outcomes] == ["Response", "NoneType", "Failure", "Failure", *["NoneType"] * 3, "Failure", "Failure", "NoneType"]
     assert [outcomes[id].kind for id in (7, 8)] == ["infeasible", "failed"] and outcomes[7].reason == "the packing jams"
+
+
+def test_a_folder_without_a_run_is_said(call, begun, tmp_path):
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "notes.txt").write_text("of no interest")
+    told = call("tell", begun, tmp_path / "runs")
+    assert told.code == 0 and "no file <id>.csv or <id>.failed was found in it." in told.out
 
 
 def test_a_campaign_that_a_process_runs_is_left_alone(call, begun, tmp_path):
@@ -207,6 +215,10 @@ def test_several_experiments_are_told_in_folders_of_their_names(call, tmp_path):
     assert list(both[0]) == ["id", "experiment", *SPACE.names]
     first, second = (call("ask", tmp_path / "campaign", "--experiment", name).out for name in ("at 1 bar", "at 2 bar"))
     assert len(both) == len(first.splitlines()) + len(second.splitlines()) - 2
+    (tmp_path / "strange" / "1 bar").mkdir(parents=True)
+    (tmp_path / "strange" / "1 bar" / "0.csv").touch()
+    strange = call("tell", tmp_path / "campaign", tmp_path / "strange")
+    assert strange.code == 1 and "1 bar: there is no experiment of this name, and one of at_1_bar, at_2_bar was expected." in strange.err
     # One is named as the experiment is, the other as its files are.
     for name, asked in {"at 1 bar": first, "at_2_bar": second}.items():
         (tmp_path / "told").mkdir(exist_ok=True)

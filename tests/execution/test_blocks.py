@@ -18,6 +18,7 @@ from graincal.models.function_work import FunctionWork
 parsl = pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
 
 from graincal.execution import parsl as on_blocks  # noqa: E402
+from graincal.execution.parsl import _reasons  # noqa: E402
 from graincal.execution.providers import Blocks, jobs_of  # noqa: E402
 
 AT = np.array([0.1, 0.2])
@@ -122,6 +123,14 @@ def test_blocks_that_never_begin_end_the_campaign_in_words(tmp_path):
     with pytest.raises(InputError, match=r"3 blocks in a row ended before a worker of theirs began \(.*no such module.*What they printed is in"):
         scheduler.next()
     scheduler.close()
+
+
+def test_each_reason_of_blocks_is_said_once():
+    of_sbatch = "Error {}: Failed to start block {}: Cannot launch job x.{}: Could not read job ID from submit command standard output; recode=1, stdout=, stderr=sbatch: error: invalid partition specified: big\n"
+    of_shell = "Error {}: Job is marked as MISSING.\nSTDERR: /spool/job0000{}/slurm_script: line 12: module: command not found{}\n"
+    assert _reasons("Executor x failed due to:\n" + "".join(of_sbatch.format(n, n, n) for n in (1, 2, 3))) == "sbatch: error: invalid partition specified: big"
+    assert _reasons("Executor x failed due to:\n" + "".join(of_shell.format(n, n, "") for n in (1, 2, 3))) == "module: command not found"
+    assert _reasons("no address was found") == "no address was found"
 
 
 def test_a_result_that_is_lost_without_a_word_is_asked_for_again(tmp_path, monkeypatch):

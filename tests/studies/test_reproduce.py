@@ -133,6 +133,7 @@ def test_what_lacks_a_file_is_skipped_beside_the_papers_numbers(tmp_path, call):
     ended = call(*arguments(tmp_path / "nothing", tmp_path / "study", "--study", "pressures", "--study", "monte-carlo"))
     assert ended.code == 0
     assert "monte-carlo: skipped, for toyoura_0.2MPa.csv is not in the data folder: 0.2 MPa, GL" in ended.out.replace("\n", " ")
+    assert "another one is named by --data." in ended.out.replace("\n", " ")
     page = (tmp_path / "study" / "index.html").read_text(encoding="utf-8")
     assert "graincal: skipped" in page and "synthetic_reference.csv is not in" in page and "21.41" in page
     assert {path.name for path in (tmp_path / "study" / "tables").iterdir()} >= {"table-03.csv", f"{STUDY}.csv", "table-10.csv"}

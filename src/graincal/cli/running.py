@@ -99,7 +99,8 @@ def show(result: Result, folder: Path, console: Console) -> None:
     from graincal.notation.markup import to_plain
     from graincal.report import summarise
 
-    console.print(f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
+    # What is said of a posterior ends with the reason.
+    console.print(f"Stopped by {result.stopped_by}." if result.has_posterior else f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
     stopped = f", {result.stopped.sum()} stopped early, for they could not matter any more" if result.stopped.any() else ""
     console.print(f"{result.evaluations} evaluations, {result.failures} failed{stopped}.", soft_wrap=True)
     for kind, reason, count in result.failure_kinds():

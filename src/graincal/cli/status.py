@@ -11,6 +11,9 @@ from graincal.cli.options import Folder
 from graincal.cli.saying import say
 from graincal.notation.printable import printable_json
 
+_PERCENT = ("held-out error", "best ε", "ε_GL", "ε")
+"""Figures of a round that are shown in percent."""
+
 _ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 """Beside doubts, what a person is told of a posterior's remarks: it holds while nothing else does yet."""
 
@@ -42,7 +45,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
         of_paper = {"s": "s", "ESS": "effective_sample_size", "ε_GL": "gl_error", "ε": "error"}
         of_posterior = {"posterior shift": "posterior_shift", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
         figures = [(name, last[key]) for name, key in (of_posterior if "posterior_shift" in last else of_paper).items()]
-        lines.append(f"after {round_} {last['index']}: " + ", ".join(f"{name} {'-' if value is None else format(value, '.3g')}" for name, value in figures))
+        lines.append(f"after {round_} {last['index']}: " + ", ".join(f"{name} {_figure(name, value)}" for name, value in figures))
         errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]
         lines += [] if "posterior_shift" in last else [f"ε by iteration  {sparkline(errors, low=0.0)}"]
     if answer := status["answer"]:
@@ -64,6 +67,13 @@ def _lines(status: dict[str, Any]) -> list[str]:
     elif status["state"] == "interrupted":
         lines.append(f"go on with: graincal resume {status['folder']}")
     return lines
+
+
+def _figure(name: str, value: float | None) -> str:
+    """A figure of the last round, with its unit; of the held-out error a part is known."""
+    if value is None:
+        return "-"
+    return f"{100 * value if name == 'held-out error' else value:.3g}{' %' if name in _PERCENT else ''}"
 
 
 def _stopped(count: int) -> str:

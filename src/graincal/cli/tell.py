@@ -33,6 +33,8 @@ def tell(
         say(sentence, err=True)
     if not quiet:
         say(f"{_counted(found.kept)} kept{f', {found.known} told before' if found.known else ''}{f', {len(found.refused)} refused' if found.refused else ''}; {_counted(found.left, 'run')} still to be made.")
+    if not quiet and not (found.kept or found.known or found.not_needed or found.refused):
+        say(f"{told}: no file <id>.csv or <id>.failed was found in it.")
     if found.whole and is_library(folder):
         fill_and_say(folder, lambda listeners: go_on_filling(folder, listeners=listeners, by_hand=found.by_hand), quiet=quiet)
     elif found.whole:

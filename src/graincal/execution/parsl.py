@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -75,6 +76,8 @@ class OnBlocks(Elsewhere):
         self._kernel = DataFlowKernel(
             Config(executors=[self._executor], retries=0, strategy="simple", strategy_period=1, max_idletime=600, run_dir=str(self._folder / "parsl"), usage_tracking=0, initialize_logging=False)
         )
+        if self._blocks.provider != "local":
+            self._say(f"Submits a job, whose name begins with parsl.{self._label}: evaluations begin when it runs.")
 
     def looked(self, place: Place) -> None:
         self._workers_of_a_node = place.workers
@@ -91,7 +94,7 @@ class OnBlocks(Elsewhere):
         if isinstance(error, (ManagerLost, WorkerLost)):
             return Failure(LOST, f"what ran the evaluation is gone: {error}.")
         if isinstance(error, (BadStateException, TooManyJobFailuresError)):
-            why = printable(" ".join(as_text(error).split()), 2_000)
+            why = printable(_reasons(as_text(error)), 2_000)
             return InputError(f"run.parsl: {BAD_BLOCKS} blocks in a row ended before a worker of theirs began ({why}). What they printed is in {self._folder / 'parsl'}, which must be seen from the nodes; graincal resume goes on.")
         if isinstance(error, InputError):
             return error
@@ -187,3 +190,13 @@ class OnBlocks(Elsewhere):
                     self._say(f"These jobs are still in the queue after {LEAVING:.0f} s, and were told to end: {', '.join(left)}.")
                     return
                 time.sleep(0.5)
+
+
+def _reasons(error: str) -> str:
+    """Why blocks ended, in what the scheduler or the job printed: each reason once, without Parsl's words about it."""
+    blocks = re.split(r"\bError \d+:", " ".join(error.split()))
+    # What stands before the first is no reason.
+    said = [re.split(r"\bstderr=|\bSTDERR:", each)[-1].strip() or each.strip() for each in blocks[1:] or blocks]
+    # Each job has a folder of its own.
+    said = [re.sub(r"\S*/slurm_script: line \d+: ", "", each) for each in said]
+    return "; ".join(dict.fromkeys(said))

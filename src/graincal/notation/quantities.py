@@ -50,6 +50,7 @@ _KNOWN = {
     "a_t": Quantity("a_{t}", "-"),
     "mean_stress": Quantity("mean stress p", "kPa", 1e-3),
     "deviatoric_stress": Quantity("deviatoric stress q", "kPa", 1e-3),
+    "deviator_stress": Quantity("deviator stress q", "kPa", 1e-3),
     "axial_stress": Quantity("axial stress σ_{1}", "kPa", 1e-3),
     "lateral_stress": Quantity("lateral stress σ_{3}", "kPa", 1e-3),
     "excess_pore_pressure": Quantity("excess pore pressure Δu", "kPa", 1e-3),

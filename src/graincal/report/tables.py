@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
@@ -19,7 +20,7 @@ from graincal.campaign.found.trust import has_settled
 from graincal.inference import PosteriorFilter
 from graincal.inference.sampling.groups import find_groups
 from graincal.inference.sampling.posterior import PROBABILITY
-from graincal.models import StressPathTest
+from graincal.models import ByHandModel, CommandModel, StressPathTest
 from graincal.models.contact_laws import DEFAULT_LAW
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
@@ -234,6 +235,10 @@ def _model(experiment: Experiment) -> str:
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
             + (f", {model.turns_in_words}" if model.turns_in_words else "")
         )
+    if isinstance(model, ByHandModel):
+        return "runs made by hand"
+    if isinstance(model, CommandModel):
+        return f"command: {shlex.join(model.command)}"
     function = getattr(model, "function", None) or getattr(model, "name", None) or type(model).__name__
     return f"Python function {function if isinstance(function, str) else getattr(function, '__qualname__', function)}"
 

@@ -136,13 +136,17 @@ class Reproduction:
         return [each for each in self.plan.of_study[study.name] if not self.done.has(each) and each.name not in self._failed]
 
     def _say_plan(self) -> None:
+        skips = False
         for study in self.studies:
             for why, settings in self.plan.skipped_of(study.name).items():
+                skips = True
                 self.say(f"{study.name}: skipped, for {why}: {'; '.join(settings)}")
             work = self.plan.of_study[study.name]
             waiting = [each for each in work if not self.done.has(each)]
             left = f"{len(waiting)} of {len(work)} to run, about {duration(self._left(work))}" if waiting else f"all {len(work)} run"
             self.say(f"{study.name}: {left}")
+        if skips:
+            self.say(f"The data folder is {self.setup.data}; another one is named by --data.")
 
     def _left(self, work: Sequence[Work]) -> float:
         """Seconds that are left of some work, roughly."""

@@ -118,7 +118,7 @@ def _experiment(result: Result) -> Experiment:
 def _candidates(result: Result, tests: Sequence[CandidateTest | str] | None, experiment: Experiment) -> list[CandidateTest]:
     """The tests that are asked for, or the default ones. Raises InputError for what is none."""
     if (tests is None or any(isinstance(test, str) for test in tests)) and not isinstance(experiment.model, StressPathTest):
-        raise InputError("the campaign has no experiment with a built-in test: tests of your own models are given from Python, as graincal.CandidateTest(name, model, at, observables).")
+        raise InputError("the campaign has no experiment with a built-in test: tests of other models are those of a calibration file, by --tests, or are given from Python, as graincal.CandidateTest(name, model, at, observables).")
     if tests is None:
         return default_tests(experiment, result.experiments)
     found = [candidate_test(test, experiment) if isinstance(test, str) else test for test in tests]

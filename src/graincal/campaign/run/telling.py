@@ -62,8 +62,9 @@ def _files(told: Path, calibration: Calibration, found: Told) -> Iterator[tuple[
         names = [file_name(experiment.name) for experiment in calibration.experiments]
         inner = sorted(each for each in told.iterdir() if each.is_dir())
         folders = {number: [each for each in inner if file_name(each.name) == name] for number, name in enumerate(names)}
-        elsewhere = [*told_in(told, calibration.experiments[0]), *(each for each in inner if file_name(each.name) not in names and holds_runs(each, calibration.experiments[0]))]
-        found.refused += [f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected." for path in elsewhere]
+        found.refused += [f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected." for path in told_in(told, calibration.experiments[0])]
+        strange = [each for each in inner if file_name(each.name) not in names and holds_runs(each, calibration.experiments[0])]
+        found.refused += [f"{each}: there is no experiment of this name, and one of {', '.join(names)} was expected." for each in strange]
     for number, each in folders.items():
         for file in files_of_experiment(each, calibration.experiments[number], found.refused):
             yield number, file

@@ -83,10 +83,15 @@ def read_outcome(file: ToldFile, experiment: Experiment) -> Response | Failure:
         output = getattr(experiment.model, "output", None) or _by_names(file.path, experiment)
         outcome = output.read(file.path, experiment.reference.control_name, experiment.reference.control)
     except Unreadable as error:
-        raise InputError(f"{file.path}: {error}") from None
+        raise InputError(_refusal(file.path, str(error))) from None
     if isinstance(outcome, Failure) and outcome.kind in UNREAD:
-        raise InputError(f"{file.path}: {outcome.reason}")
+        raise InputError(_refusal(file.path, outcome.reason))
     return experiment.compared(outcome)
+
+
+def _refusal(path: Path, reason: str) -> str:
+    """A sentence that names the file once, by its whole path."""
+    return f"{path}: {reason.removeprefix(f'{path.name}: ')}"
 
 
 def _failure(path: Path) -> Failure:
