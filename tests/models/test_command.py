@@ -170,6 +170,11 @@ def test_a_program_that_is_killed_from_outside_is_run_again_three_times(tmp_path
 def test_a_program_that_is_not_there_is_named_with_the_path():
     found = outcome(model(command=("no-such-simulator",), environment={"PATH": "/here:/there"}))
     assert found.kind == "not_started" and "there is no program no-such-simulator in PATH, which is /here:/there" in found.reason
+
+
+def test_a_program_that_is_not_at_its_path_is_named():
+    found = outcome(model(command=("/nowhere/yade",)))
+    assert found.kind == "not_started" and found.reason == "there is no program /nowhere/yade, or the one that its first line names is missing."
     assert "no program ./sim in the evaluation's folder" in outcome(model(command=("./sim",))).reason
 
 

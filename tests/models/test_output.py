@@ -114,6 +114,22 @@ def test_rows_where_the_control_falls_back_are_left_out_and_counted():
     assert found.details["rows_left_out"] == 2
 
 
+@pytest.mark.parametrize(
+    ("strain", "kind", "said"),
+    [
+        (100 * STRAIN, "unreadable", 'axial_strain reaches 12, and the reference 0.1: the program\'s strain may be in percent, and is then named with its unit, such as "axial_strain [%]", in output.columns.'),
+        (100 * STRAIN + 0.02, "unreadable", "in percent"),
+        (STRAIN / 100, "incomplete", "and the reference goes from 0.01 to 0.1: the program's strain may be a fraction, and is taken as percent."),
+        (np.concatenate([[0.3], STRAIN[1:]]), "incomplete", ": 12 of its 13 rows are left out, where axial_strain does not exceed that of an earlier row; where or first_row chooses the rows that are read."),
+        (STRAIN + 0.02, "incomplete", ": it begins too late, and the program should write its first state too, before anything is strained."),
+        (STRAIN / 2, "incomplete", ": it ends too early."),
+    ],
+)
+def test_why_it_does_not_cover_the_reference_is_said(strain, kind, said):
+    found = read(table("eps_a,ratio,eps_v", strain, RATIO, CONTRACTION))
+    assert found.kind == kind and said in found.reason
+
+
 def test_what_does_not_reach_far_enough_is_incomplete():
     found = read(table("eps_a,ratio,eps_v", STRAIN[:8], RATIO[:8], CONTRACTION[:8]))
     assert found.kind == "incomplete" and "0 to 0.07" in found.reason and "0.01 to 0.1" in found.reason

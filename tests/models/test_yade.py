@@ -122,6 +122,7 @@ def test_it_is_described_and_restored():
         (lambda: triaxial(PACKING, 1e5, 1).tasks(samples((1.0,), names=("log_E",)), STRAINS), "nu, which is no parameter"),
         (lambda: triaxial(PACKING, 1e5, 1).tasks(samples((1.0,) * 6, names=(*PARAMETERS, "friction")), STRAINS), "and friction is not one of them"),
         (lambda: script("test.py", OUTPUT), "test.py is told no parameters"),
+        (lambda: script("nowhere.py", OUTPUT, table=["E"]).tasks(samples((1.0,), names=("E",)), STRAINS), "script names nowhere.py, and there is no "),
         (lambda: script("test.py", OUTPUT, table=["E"], folder=PACKING.parent), None),
     ],
 )

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -42,6 +43,22 @@ def test_what_overflows_is_infinite_and_what_is_undefined_is_not_a_number():
 )  # fmt: skip
 def test_anything_else_is_refused(text):
     with pytest.raises(NotAnExpression):
+        Expression(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a < 1 && b < 2", '"and" was expected in the place of "&&"'),
+        ("a < 1 || b < 2", '"or" was expected in the place of "||"'),
+        ("a => 1", '">=" was expected in the place of "=>"'),
+        ("a = 1", "a comparison such as < or == was expected in the place of ="),
+        ("a > b^2", 'it has ^ in it, and "**" was expected in its place'),
+        ("(a < 1) & (b < 2)", 'it has & in it, and "and" was expected in its place'),
+    ],
+)
+def test_what_is_written_otherwise_in_other_languages_is_said(text, said):
+    with pytest.raises(NotAnExpression, match=re.escape(said)):
         Expression(text)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from graincal.cli.saying import say
-from graincal.data import InputError
+from graincal.data import Failure, InputError
 from graincal.notation.printable import printable, printable_json
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def check(
     """Read a calibration file and all that it names, draw what was read, say what speaks against it and how long the calibration will take.
 
     One short evaluation in the middle of the ranges is run for that, but no program, of which the first sample's inputs are shown. The exit code is 0 where nothing has to be answered, 1 where the file cannot be read, and 2 where
-    there are questions or problems.
+    there are questions or problems, or the run of --run failed.
     """
     from graincal.cli.outputs import check_figure
     from graincal.cli.running import look_at
@@ -50,17 +50,18 @@ def check(
         say(printable_json(found.as_json(), indent=2, allow_nan=False))
     else:
         _say(found)
-    responses = _run_first(found, run=run) if not as_json else {}
+    outcomes = _run_first(found, run=run) if not as_json else {}
+    responses = {number: each for number, each in outcomes.items() if not isinstance(each, Failure)}
     if plot is not None:
         _draw(found, plot, responses, quiet=as_json)
     if not as_json and found.calibration:
-        _say_expectation(found.calibration)
-    if not found.is_clear:
+        _say_expectation(found.calibration, sum(each.details.get("seconds", 0.0) for each in responses.values()) if len(responses) == len(outcomes) else 0.0)
+    if not found.is_clear or len(responses) < len(outcomes):
         raise typer.Exit(UNANSWERED)
 
 
-def _run_first(found: Examination, *, run: bool) -> Mapping[int, Response]:
-    """Show what programs are given, and run them where that is asked for: the responses, by the numbers of their experiments."""
+def _run_first(found: Examination, *, run: bool) -> Mapping[int, Response | Failure]:
+    """Show what programs are given, and run them where that is asked for: what they came to, by the numbers of their experiments."""
     from graincal.cli.first_run import run_first, say_inputs
 
     if not found.calibration:
@@ -124,10 +125,11 @@ def _say_calibration(calibration: Calibration) -> None:
         say(advice)
 
 
-def _say_expectation(calibration: Calibration) -> None:
+def _say_expectation(calibration: Calibration, seconds: float) -> None:
+    """seconds: what the runs of the first sample took together, 0 where there were none."""
     if calibration.look:
         say("First look: " + "\n".join(_expectation(calibration.look)))
-    say("\n".join(_expectation(calibration)))
+    say("\n".join(_expectation(calibration, seconds)))
 
 
 def _draw(found: Examination, plot: Path, responses: Mapping[int, Response], *, quiet: bool) -> None:
@@ -196,7 +198,7 @@ def _describe_model(experiment: Experiment) -> list[str]:
     return lines
 
 
-def _expectation(calibration: Calibration) -> list[str]:
+def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
     import numpy as np
 
     from graincal.campaign.asked.limits import Limits
@@ -214,8 +216,11 @@ def _expectation(calibration: Calibration) -> list[str]:
     lines, seconds, extra = [], 0.0, 0.0
     if calibration.expected_seconds:
         seconds = calibration.expected_seconds * np.ceil(samples / at_once)
-        lines.append(f"about {duration(calibration.expected_seconds)} for an evaluation, as expected_seconds says")
+        beside = f", and the first sample took {duration(took)}" if took else ""
+        lines.append(f"about {duration(calibration.expected_seconds)} for an evaluation, as expected_seconds says{beside}")
     for expected in () if calibration.expected_seconds else expect(calibration):
+        if expected.failure and expected.failure.kind == NOT_RUN and took:
+            return [*lines, f"The first sample took {duration(took)}. expected_seconds = {took:.2g} under [run] says so, where other samples take about as long: more runs then fill the ranges of a program that takes seconds."]
         if expected.failure and expected.failure.kind == NOT_RUN:
             return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}']
         if expected.failure:

@@ -14,6 +14,7 @@ from graincal.cli.text import duration, resample, sparkline
 from graincal.data import Failure, Reference, Response, Samples
 from graincal.models import CommandModel
 from graincal.models.command.folders import PRINTED
+from graincal.models.command.work import COLOURS, PRINTED_LAST
 from graincal.notation.printable import printable
 
 LINES, WIDTH = 30, 160
@@ -37,8 +38,8 @@ def say_inputs(calibration: Calibration) -> None:
         say("\n".join(lines))
 
 
-def run_first(calibration: Calibration) -> Mapping[int, Response]:
-    """Run the first sample, and show what was read beside the reference. The responses by the numbers of their experiments."""
+def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
+    """Run the first sample, and show what was read beside the reference. What the runs came to, by the numbers of their experiments."""
     found = {}
     for number, experiment in _programs(calibration).items():
         folder = Path(tempfile.mkdtemp(prefix="graincal-check-"))
@@ -47,10 +48,13 @@ def run_first(calibration: Calibration) -> Mapping[int, Response]:
         ((_, outcome),) = replace(experiment, model=model).evaluate(sample, workers=1)
         took = duration(outcome.details["seconds"]) if "seconds" in outcome.details else "no time"
         lines = [f'The first sample in "{experiment.name}" took {took}; its folder: {next(folder.glob("*/attempt-*"), folder)}']
+        found[number] = outcome
         if isinstance(outcome, Failure):
-            lines += [f"  failed, {outcome.kind}: {outcome.reason}", *_printed(folder)]
+            printed = _printed(folder)
+            # All of the last lines are shown below it.
+            reason = outcome.reason.partition(PRINTED_LAST)[0] if printed else outcome.reason
+            lines += [f"  failed, {outcome.kind}: {reason}", *printed]
         else:
-            found[number] = outcome
             lines += _beside(experiment.reference, outcome)
         say("\n".join(lines))
     return found
@@ -78,7 +82,7 @@ def _shown(text: str) -> list[str]:
 
 def _printed(folder: Path) -> list[str]:
     for file in folder.glob(f"*/attempt-*/{PRINTED}"):
-        if lines := file.read_text(encoding="utf-8").splitlines()[-LINES:]:
+        if lines := COLOURS.sub("", file.read_text(encoding="utf-8")).splitlines()[-LINES:]:
             return ["  It printed last:", *(f"    {printable(line, WIDTH)}" for line in lines)]
     return []
 

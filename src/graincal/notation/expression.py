@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import operator
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, reduce
@@ -83,12 +84,22 @@ def _parsed(text: str) -> ast.expr:
         found = ast.parse(text.strip(), mode="eval").body
         _check(found)
     except SyntaxError as error:
-        raise NotAnExpression(f"it cannot be read ({error.msg})") from None
+        raise NotAnExpression(f"it cannot be read ({error.msg}){_meant(text)}") from None
     except (RecursionError, MemoryError, ValueError) as error:
         if isinstance(error, NotAnExpression):
             raise
         raise NotAnExpression("it cannot be read") from None
     return found
+
+
+def _meant(text: str) -> str:
+    """What is written otherwise in other languages, as the end of a sentence; empty where it is none of these."""
+    for theirs, ours in (("&&", "and"), ("||", "or"), ("=>", ">="), ("=<", "<=")):
+        if theirs in text:
+            return f'; "{ours}" was expected in the place of "{theirs}"'
+    if re.search("(?<![<>=!])=(?!=)", text):
+        return "; a comparison such as < or == was expected in the place of ="
+    return ""
 
 
 def _check(node: ast.expr) -> None:
@@ -117,9 +128,15 @@ def _check(node: ast.expr) -> None:
         case ast.IfExp():
             for part in (node.test, node.body, node.orelse):
                 _check(part)
+        case ast.BinOp(op=ast.BitXor() | ast.BitAnd() | ast.BitOr() as op):
+            theirs, ours = _OTHERS[type(op)]
+            raise NotAnExpression(f'it has {theirs} in it, and "{ours}" was expected in its place')
         case _:
             raise NotAnExpression(f"it has {_SAID.get(type(node), type(node).__name__)} in it, and only names, numbers, + - * / // % **, comparisons, and, or, not and functions are allowed")
 
+
+_OTHERS = {ast.BitXor: ("^", "**"), ast.BitAnd: ("&", "and"), ast.BitOr: ("|", "or")}
+"""Operators of other languages, and what they are here."""
 
 _SAID = {ast.Attribute: "a point between names", ast.Subscript: "square brackets behind a name", ast.Constant: "a text", ast.List: "a list", ast.Tuple: "a comma", ast.Call: "a call"}
 

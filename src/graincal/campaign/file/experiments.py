@@ -14,6 +14,7 @@ from graincal.campaign.file.models import MODELS, CompressionModel
 from graincal.campaign.file.names import FileName, Shown, with_printable_names
 from graincal.campaign.file.section import Section, mistake
 from graincal.campaign.file.values import Positive, Texts
+from graincal.campaign.file.yade import YadeSection
 from graincal.data import InputError, MeasurementError, Reference
 from graincal.models import TriaxialTest
 from graincal.positions import POSITION
@@ -124,13 +125,18 @@ class ExperimentEntry(Section):
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error
 
+    @property
+    def is_triaxial_by_yade(self) -> bool:
+        """Whether its model is graincal's own script of a triaxial test, whose pressure is known."""
+        return isinstance(self.model, YadeSection) and self.model.confining_pressure is not None
+
     def read_reference(self, folder: Path) -> Reference:
         """The reference that is described."""
         if self.reference is None:
             raise InputError("it has no reference, and the name of a laboratory file, or a table [experiment.reference], was expected.")
         options = self.reference.given("file")
         # A path along positions starts from it, and a triaxial test keeps it; on other paths the lateral stress changes.
-        if self.model.kind == TriaxialTest.kind or (self.control == POSITION and isinstance(self.model, CompressionModel)):
+        if self.model.kind == TriaxialTest.kind or self.is_triaxial_by_yade or (self.control == POSITION and isinstance(self.model, CompressionModel)):
             options.setdefault("confining_pressure", self.model.confining_pressure)
         if self.control == POSITION and isinstance(self.model, CompressionModel):
             options["turns"] = self.model.turns

@@ -26,10 +26,12 @@ class Parameter(Section):
     @model_validator(mode="before")
     @classmethod
     def _range_or_value(cls, table: Any) -> Any:
+        if isinstance(table, (int, float)) and not isinstance(table, bool):
+            raise mistake(f" must be a table, {{ fixed = {table} }} for a value that is known or {{ range = [low, high] }}, not {table}")
         if isinstance(table, dict) and "fixed" not in table and "range" not in table and set(table) <= set(cls.model_fields):
             raise mistake(".range is missing, and [low, high] with low < high was expected, or fixed = a number in its place")
         if isinstance(table, dict) and "fixed" in table and (others := [key for key in ("range", "scale", "per_experiment") if key in table]):
-            raise mistake(f".{others[0]} says nothing of a parameter that is fixed, and fixed alone, or {others[0]} without it, was expected")
+            raise mistake(f".{others[0]} says nothing of a parameter that is fixed, and fixed without {others[0]}, or range without fixed, was expected")
         return table
 
     @field_validator("range")

@@ -62,8 +62,8 @@ def _pressure(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     said = entry.reference.confining_pressure
     if said is None:
         return []
-    model = entry.model.confining_pressure if isinstance(entry.model, StressPathModel) else None
-    if model is not None and entry.model.kind == TriaxialTest.kind and abs(said / model - 1) > 0.01:
+    model = entry.model.confining_pressure if isinstance(entry.model, StressPathModel) or entry.is_triaxial_by_yade else None
+    if model is not None and (entry.model.kind == TriaxialTest.kind or entry.is_triaxial_by_yade) and abs(said / model - 1) > 0.01:
         text = f"reference.confining_pressure is {said:g} Pa and model.confining_pressure {model:g} Pa: the test would be simulated at another pressure than it was made at."
         return [Doubt("other-pressure", text)]
     # A position along a path counts from it.

@@ -77,6 +77,8 @@ def _why(program: Program, answer: Mapping[str, Any]) -> str:
     name, path = program.command[0], program.environment.get("PATH", os.defpath)
     if answer["errno"] != errno.ENOENT:
         return f"the program {name} could not be started ({answer['not_started']}); PATH is {path}."
+    if name.startswith("/"):
+        return f"there is no program {name}, or the one that its first line names is missing."
     if "/" in name:
         return f"there is no program {name} in the evaluation's folder, or the one that its first line names is missing: link puts a file there."
     return f"there is no program {name} in PATH, which is {path}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import signal
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -25,6 +26,12 @@ Argument = tuple[int, tuple[float, ...]]
 
 PRINTED_OUTPUT = "standard-output.txt"
 """The file that takes what is printed, where that is the declared output."""
+
+PRINTED_LAST = " It printed last: "
+"""What stands before the last line that a program printed, in the reason of its failure."""
+
+COLOURS = re.compile("\x1b\\[[0-9;]*m")
+"""What programs print to colour a terminal."""
 
 
 @dataclass(frozen=True)
@@ -167,5 +174,5 @@ def _signal(number: int) -> str:
 
 
 def _last_line(printed: str) -> str:
-    lines = printed.rstrip().splitlines()
-    return f" It printed last: {lines[-1].strip()[:300]}" if lines else ""
+    lines = COLOURS.sub("", printed).rstrip().splitlines()
+    return f"{PRINTED_LAST}{lines[-1].strip()[:300]}" if lines else ""

@@ -21,6 +21,12 @@ from graincal.models.output.tables import Columns, Unreadable, read_columns
 from graincal.notation.expression import Expression
 from graincal.suggestion import did_you_mean
 
+PERCENT = 100.0
+"""How many times too large a strain in percent is, taken as a fraction."""
+
+IMPOSSIBLE = 1.0
+"""A strain that no test reaches, where its reference is far from it."""
+
 HDF5 = (".h5", ".hdf5")
 """Endings of files that take a package more to be read."""
 
@@ -141,8 +147,11 @@ class Output:
         details = {LEFT_OUT: float(np.count_nonzero(~kept))}
         along, values = along[kept], {name: each[kept] for name, each in values.items() if name != control}
         along = _with_rounded_ends(along, at)
+        # It may cover the reference, by its first hundredth.
+        if control in STRAINS and along[-1] > IMPOSSIBLE and along[-1] > at[-1] * PERCENT / 3:
+            return Failure("unreadable", f"{control} reaches {along[-1]:g}, and the reference {at[-1]:g}{_uncovered(along, at, control, kept)}.", details)
         if not covers(along, at):
-            return Failure("incomplete", f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}.", details)
+            return Failure("incomplete", f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}{_uncovered(along, at, control, kept)}.", details)
         # The states from the last before the reference to the first behind it.
         within = slice(max(0, int(np.searchsorted(along, at[0], side="right")) - 1), int(np.searchsorted(along, at[-1])) + 1)
         for name, each in values.items():
@@ -150,6 +159,21 @@ class Output:
             if not finite.all():
                 return Failure("not_finite", f"{name} is {each[within][np.argmin(finite)]} at {control} {along[within][np.argmin(finite)]:g}.", details)
         return interpolate(Response(along, values, details, control), at)
+
+
+def _uncovered(along: NDArray[np.float64], at: NDArray[np.float64], control: str, kept: NDArray[np.bool_]) -> str:
+    """What is most likely behind an output that does not cover the reference, as the end of a sentence; empty where nothing is."""
+    if control in STRAINS and at[-1] * PERCENT / 3 < along[-1] < at[-1] * PERCENT * 3:
+        return f': the program\'s strain may be in percent, and is then named with its unit, such as "{control} [%]", in output.columns'
+    if control in STRAINS and along[-1] * PERCENT / 3 < at[-1] < along[-1] * PERCENT * 3:
+        return ": the program's strain may be a fraction, and is taken as percent"
+    if np.count_nonzero(~kept) > len(kept) / 2:
+        return f": {np.count_nonzero(~kept)} of its {len(kept)} rows are left out, where {control} does not exceed that of an earlier row; where or first_row chooses the rows that are read"
+    if along[0] > at[0] and along[-1] >= at[-1]:
+        return ": it begins too late, and the program should write its first state too, before anything is strained"
+    if along[-1] < at[-1] and along[0] <= at[0]:
+        return ": it ends too early"
+    return ""
 
 
 def _with_rounded_ends(along: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -56,6 +56,8 @@ class YadeModel(CommandModel):
         return {**super().described(), "kind": "yade"}
 
     def _work(self, parameters: Sequence[str], at: ArrayLike) -> CommandWork:
+        if self.link and not (path := (self.folder / self.link[0]).absolute()).exists():
+            raise InputError(f"script names {self.link[0]}, and there is no {path}.")
         work = super()._work(parameters, at)
         if self.table:
             known = [*parameters, *self.derived]
