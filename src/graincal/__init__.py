@@ -1,12 +1,13 @@
 """graincal: Bayesian calibration of Discrete Element Method models against laboratory tests."""
 
+import logging
 from typing import TYPE_CHECKING
 
 from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.campaign import CandidateTest, Experiment, FolderError, advise, calibrate, explore, predict, resume
+    from graincal.campaign import CandidateTest, Experiment, FolderError, Step, advise, calibrate, explore, predict, resume
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
@@ -36,6 +37,7 @@ __all__ = [
     "Result",
     "Samples",
     "SequentialMonteCarloFilter",
+    "Step",
     "Stop",
     "StressPathTable",
     "TableTest",
@@ -50,6 +52,10 @@ __all__ = [
 ]
 
 
+# What a campaign's log says goes to this logger too; without a handler of a program's own it is silent.
+logging.getLogger("graincal").addHandler(logging.NullHandler())
+
+
 def __dir__() -> list[str]:
     return sorted([*__all__, "__version__"])
 
@@ -57,7 +63,7 @@ def __dir__() -> list[str]:
 _find = exported(
     __name__,
     {
-        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "advise", "calibrate", "explore", "predict", "resume"],
+        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "Step", "advise", "calibrate", "explore", "predict", "resume"],
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],

@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from graincal.campaign.run.candidate_tests import CandidateTest
     from graincal.campaign.run.exploring import explore
     from graincal.campaign.run.running import begin, calibrate, resume
+    from graincal.campaign.run.steps import Step
     from graincal.campaign.stored.listener import Listener
     from graincal.campaign.stored.trouble import FolderError
 
-__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "advise", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "Step", "advise", "begin", "calibrate", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -34,6 +35,7 @@ __getattr__ = exported(
         "graincal.campaign.found.remark": ["Remark"],
         "graincal.campaign.found.record": ["Answer", "Candidate", "Record"],
         "graincal.campaign.run.running": ["begin", "calibrate", "resume"],
+        "graincal.campaign.run.steps": ["Step"],
         "graincal.campaign.stored.trouble": ["FolderError"],
     },
 )
