@@ -7,6 +7,7 @@ from graincal.lazily import exported
 if TYPE_CHECKING:
     from graincal.campaign.asked.calibration import Calibration
     from graincal.campaign.asked.experiment import Experiment
+    from graincal.campaign.found.comparison import compare
     from graincal.campaign.found.prediction import Prediction, predict
     from graincal.campaign.found.record import Answer, Candidate, Record
     from graincal.campaign.found.remark import Remark
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from graincal.campaign.stored.listener import Listener
     from graincal.campaign.stored.trouble import FolderError
 
-__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "Step", "advise", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "Step", "advise", "begin", "calibrate", "compare", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -31,6 +32,7 @@ __getattr__ = exported(
         "graincal.campaign.asked.experiment": ["Experiment"],
         "graincal.campaign.run.exploring": ["explore"],
         "graincal.campaign.stored.listener": ["Listener"],
+        "graincal.campaign.found.comparison": ["compare"],
         "graincal.campaign.found.prediction": ["Prediction", "predict"],
         "graincal.campaign.found.remark": ["Remark"],
         "graincal.campaign.found.record": ["Answer", "Candidate", "Record"],
