@@ -113,7 +113,7 @@ def test_figures_are_axes_of_matplotlib(result, by_iterations):
 
 
 def test_any_model_is_simulated_at_parameters_by_name():
-    one = gc.simulate(MODEL, {"phi": 30.0, "psi": 8.0}, at=STRAIN[2:5])
+    one = gc.simulate(gc.PythonModel(respond, control=STRAIN), {"phi": 30.0, "psi": 8.0}, at=STRAIN[2:5])
     np.testing.assert_allclose(one.values["stress_ratio"], respond([30.0, 8.0])["stress_ratio"][2:5])
     assert len(gc.simulate(MODEL, {"phi": [30.0, 31.0], "psi": [8.0, 9.0]}, at=STRAIN, workers=1)) == 2
     with pytest.raises(gc.InputError, match="as many values of each"):
