@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.errors import InputError
-from graincal.notation.expression import Expression, NotAnExpression
+from graincal.notation.expression import CONSTANTS, Expression, NotAnExpression
 from graincal.notation.printable import printable
 from graincal.suggestion import did_you_mean
 
@@ -40,6 +40,8 @@ class Constraint:
             condition = Expression(source)
         except NotAnExpression as error:
             raise InputError(f"{shown}: {error}.") from None
+        if taken := [name for name in (*names, *fixed) if name in CONSTANTS]:
+            raise InputError(f"{shown}: {taken[0]} is a number in conditions, and another name for a parameter was expected.")
         if unknown := [name for name in condition.names if name not in names and name not in fixed]:
             known = (*names, *fixed)
             raise InputError(f"{shown} names {printable(unknown[0], 60)}, which is no parameter{did_you_mean(unknown[0], known)}; some of {', '.join(known)} were expected.")

@@ -92,6 +92,13 @@ def test_what_cannot_be_learnt_from_is_counted(call, tmp_path):
         assert said in called.out, said
 
 
+def test_outside_a_range_of_many_decades_is_by_the_logarithm(call, tmp_path):
+    theta = np.array([[0.5, 0.1], [-1e-7, 0.2], [1e-6, 0.3], [1e-4, 0.4]])
+    wide = ("strength  = { range = [0, 1] }", 'strength  = { range = [1e-4, 1e7], scale = "log" }')
+    called = call("import", "grainlearning", kept_runs(tmp_path, theta), write_calibration(tmp_path, POSTERIOR, NO_CRITERIA, wide), "-o", tmp_path / "campaign")
+    assert called.code == 0 and "Learns from 2 runs" in called.out and "2 at strength outside" in called.out, called.out + called.err
+
+
 @pytest.mark.parametrize(
     "changes, options, said",
     [

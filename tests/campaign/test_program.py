@@ -131,6 +131,22 @@ def test_a_campaign_none_of_whose_evaluations_can_be_started_stops_and_goes_on_w
     assert not gc.resume(folder).failures
 
 
+def test_what_ran_in_one_experiment_is_kept_where_nothing_can_be_started_in_another(tmp_path, monkeypatch):
+    (tools := tmp_path / "tools").mkdir()
+    file = write(tmp_path)
+    text = file.read_text()
+    second = text[text.index("[[experiment]]") : text.index("[filter]")].replace('"test"', '"another test"').replace(f'"{sys.executable}", "-I"', '"simulator", "-I"')
+    file.write_text(text.replace("[filter]", second + "[filter]"))
+    folder = tmp_path / "campaign"
+    for _ in range(2):
+        with pytest.raises(InputError, match='experiment "another test": no evaluation could be started: there is no program simulator'):
+            gc.resume(folder) if folder.exists() else calibrate(file, folder)
+        assert [attempts for _, _, attempts, _ in Store.open(folder).runs()] == [1, 0] * 8
+    (tools / "simulator").symlink_to(sys.executable)
+    monkeypatch.setenv("PATH", f"{tools}:{os.environ['PATH']}")
+    assert not gc.resume(folder).failures
+
+
 def test_a_file_that_a_program_is_given_and_that_was_changed_is_said(tmp_path):
     file = write(tmp_path)
     folder = tmp_path / "campaign"

@@ -73,6 +73,7 @@ def test_a_script_is_led_to_its_table(written):
         (TRIAXIAL.replace("eta_m = 0.3", "eta_m = -1"), "fixed.eta_m must be a number at least 0"),
         ('kind = "yade", script = "test.py", table = ["phi"]', "has a script, and output, what the script writes, was expected too"),
         (SCRIPT.replace('"phi"', '"Phi"'), 'table names Phi (did you mean "phi"?), which is no parameter and not derived'),
+        (SCRIPT + ', link = ["parameters.table"]', "parameters.table is the name of two files"),
         (SCRIPT.replace('table = ["phi"], ', ""), "test.py is told no parameters"),
     ],
 )

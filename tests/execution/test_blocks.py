@@ -62,6 +62,23 @@ def processes_of(folder: Path) -> list[int]:
     return found
 
 
+def test_a_folder_that_the_nodes_do_not_see_is_not_mended_by_scratch(tmp_path, monkeypatch):
+    hand_over = on_blocks.OnBlocks.hand_over
+
+    def unseen(self, *arguments):
+        (tmp_path / ".seen").unlink(missing_ok=True)
+        return hand_over(self, *arguments)
+
+    monkeypatch.setattr(on_blocks.OnBlocks, "hand_over", unseen)
+    scheduler = Scheduler("all", local(tmp_path))
+    try:
+        scheduler.submit([Task(FunctionWork(abs, None, AT), np.array([1.0]))])
+        with pytest.raises(InputError, match="is not seen from the node .*; a folder on a file system that the nodes share was expected.$"):
+            scheduler.next()
+    finally:
+        scheduler.close()
+
+
 def test_crashes_time_outs_and_lost_workers(tmp_path):
     (tmp_path / "module.py").write_text(MODULE.format(folder=tmp_path))
     work = FunctionWork("module:behaves", tmp_path, AT, timeout=3.0)

@@ -4,7 +4,8 @@ import os
 import signal
 import time
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,11 @@ def answers(theta):
 
 def kills_itself(theta):
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def takes_an_hour(theta):
+    Path(os.fsdecode(bytes(theta.astype(np.uint8)))).write_text(str(os.getpid()))
+    time.sleep(3600)
 
 
 class Counting(FunctionWork):
@@ -91,6 +97,20 @@ def test_what_the_executor_raises_ends_the_campaign_in_words(tmp_path):
     executor = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
     with pytest.raises(InputError, match=r"run.executor: it gave up an evaluation \(BrokenProcessPool: .*graincal resume goes on"):
         outcomes(Scheduler(1, by(executor, tmp_path)), [Task(FunctionWork(kills_itself, None, AT), np.zeros(1))])
+
+
+def test_processes_that_are_under_way_end_with_it(tmp_path):
+    executor = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
+    scheduler, began = Scheduler("all", by(executor, tmp_path)), tmp_path / "began"
+    scheduler.submit([Task(FunctionWork(takes_an_hour, None, AT), np.frombuffer(os.fsencode(began), dtype=np.uint8).astype(float), name=n) for n in range(3)])
+    until = time.monotonic() + 60
+    while not (began.exists() and began.read_text()) and time.monotonic() < until:
+        time.sleep(0.1)
+    scheduler.close()
+    until = time.monotonic() + 60
+    while (left := [process.pid for process in active_children()]) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert int(began.read_text()) not in left
 
 
 @pytest.mark.parametrize(("lost", "attempts", "kind"), [(3, 4, None), (9, 4, LOST)])

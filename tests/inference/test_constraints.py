@@ -15,6 +15,7 @@ from graincal.inference.sampling.defensive import DefensiveMixture
 from graincal.inference.sampling.explore import explore
 from graincal.inference.sampling.proposal import TruncatedMixture
 from graincal.inference.sampling.samples import halton, replicates
+from graincal.models.derived import check_derived
 
 CONTROL = np.linspace(0, 1, 30)
 CORRELATION_LENGTH = 0.1
@@ -269,3 +270,10 @@ def test_a_prior_that_is_empty_or_a_constraint_that_says_nothing_is_refused_befo
     for method in (PosteriorFilter, IterativeBayesianFilter):
         with pytest.raises(InputError, match=said):
             method(space, Reference(CONTROL, {"y": CONTROL}))
+
+
+def test_a_parameter_cannot_have_the_name_of_a_number():
+    with pytest.raises(InputError, match="pi is a number in conditions, and another name for a parameter was expected"):
+        ParameterSpace({"pi": (0, 1), "a": (0, 1)}, constraints=["pi < a"])
+    with pytest.raises(InputError, match="derived.b: pi is a number in expressions"):
+        check_derived({"b": "2 * pi"}, ("pi",))

@@ -100,9 +100,21 @@ def test_what_no_sample_can_mend_is_said_before_anything_is_run(options, expecte
         model(folder=tmp_path, **options).check(AT, samples())
 
 
-def test_two_files_of_one_name_are_refused(tmp_path):
-    with pytest.raises(InputError, match="curve.csv is the name of two files"):
-        model(templates={"curve.csv": "t"})
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({"templates": {"curve.csv": "t"}}, "curve.csv is the name of two files"),
+        ({"templates": {"./curve.csv": "t"}}, "curve.csv is the name of two files"),
+        ({"link": ("some/data",), "templates": {"data/case.in": "t"}}, "data/case.in lies within data"),
+        ({"link": ("data",), "parameters_file": "data/sub/p.json"}, "data/sub/p.json lies within data"),
+        ({"link": ("notes/printed.txt",)}, "printed.txt is the name of a file that graincal writes"),
+        ({"link": ("outcome.txt",)}, "outcome.txt is the name of a file that graincal writes"),
+        ({"templates": {"../case.in": "t"}}, "../case.in leads out of the folder"),
+    ],
+)
+def test_nothing_is_written_over_another_file_or_through_a_link(options, expected):
+    with pytest.raises(InputError, match=expected):
+        model(**options)
 
 
 # How it may come to nothing.
@@ -321,6 +333,9 @@ def test_the_last_hundred_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("graincal.models.command.folders.MOST_KEPT", 3)
     outcomes(shell("exit 1", root=tmp_path), *range(6), workers=1)
     assert sorted(each.name for each in tmp_path.iterdir()) == ["00003", "00004", "00005"]
+    # Of several attempts each counts.
+    outcome(shell("exit 75", root=tmp_path, limits={"retry_exit_codes": (75,)}))
+    assert [each.name for each in sorted(tmp_path.glob("*/*"))] == ["attempt-1", "attempt-2", "attempt-3"]
 
 
 def test_scratch_runs_elsewhere_and_brings_the_declared_output_back(tmp_path, monkeypatch):

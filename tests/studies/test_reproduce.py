@@ -18,7 +18,7 @@ import pytest
 
 import graincal as gc
 from graincal.campaign.found.run_library import Library
-from graincal.campaign.stored.store import NAME as DATABASE
+from graincal.campaign.stored.database import NAME as DATABASE
 from graincal.campaign.stored.store import Store
 from graincal.dem.preparation import prepare
 from graincal.studies import paper

@@ -6,7 +6,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import suppress
 from math import inf
 from pathlib import Path
@@ -44,6 +44,9 @@ class Elsewhere(ABC):
     Before anything is evaluated the first worker says where it is: it must see `folder`, which the campaign is kept in, where something is kept there by whoever runs an evaluation (`needs_folder`).
     What its machine has of another graincal is said. It stops no run early.
     """
+
+    without_folder = ", or `scratch` of the models, which are run on the node's own disk then"
+    """What else would do where a node does not see the campaign's folder, as the end of a sentence."""
 
     own_process = False
     """Whether a work that asks for a process of its own has one there."""
@@ -189,7 +192,7 @@ class Elsewhere(ABC):
             return
         place: Place = future.result()
         if not place.sees and self._needs_folder:
-            raise InputError(f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected, or `scratch` of the models, which are run on the node's own disk then.")
+            raise InputError(f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected{self.without_folder}.")
         self.looked(place)
         self._compare(place)
         with self._lock:
@@ -246,7 +249,12 @@ class OnNamedExecutor(Elsewhere):
     def end(self) -> None:
         with self._lock:
             futures = list(self._under_way.values())
-        for future in futures:
-            future.cancel()
+        if futures and isinstance(self._executor, ProcessPoolExecutor):
+            # Python would wait for what they run, and for what waits in their queue, at the end of this process.
+            for process in list((self._executor._processes or {}).values()):
+                process.kill()
+        else:
+            for future in futures:
+                future.cancel()
         # Workers that have nothing to do end at once, and are not left to the end of the process.
         self._executor.shutdown(wait=not futures)

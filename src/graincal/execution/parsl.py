@@ -49,10 +49,11 @@ class OnBlocks(Elsewhere):
     cores: that one evaluation uses. Raises InputError where no block can be started.
     """
 
+    # Certificates and what workers print are kept in it, whatever models do.
+    without_folder = ""
     own_process = True
 
     def __init__(self, blocks: Blocks, label: str, done: Done, folder: Path, say: Say, *, longest: float | None = None, cores: int = 1) -> None:
-        # Certificates and what workers print are kept in the campaign's folder.
         super().__init__(done, folder, say, needs_folder=True)
         self._blocks, self._label, self._longest, self._cores = blocks, label, longest, cores
         if blocks.cores is not None:

@@ -173,6 +173,8 @@ class _Pool:
     def __init__(self, most: float) -> None:
         self.most = most
         self._taken = 0.0
+        # By each task that runs: `most` may change while it does.
+        self._places_of: dict[Task, float] = {}
         self._waiting: list[tuple] = []
         self._running: Counter[Hashable] = Counter()
         self._held: dict[Hashable, list[tuple]] = {}
@@ -192,7 +194,8 @@ class _Pool:
             if limit is not None and self._running[limit.name] >= limit.most:
                 heappush(self._held.setdefault(limit.name, []), entry)
                 continue
-            self._taken += self._places(task)
+            self._places_of[task] = self._places(task)
+            self._taken += self._places_of[task]
             if limit is not None:
                 self._running[limit.name] += 1
             return task
@@ -200,7 +203,7 @@ class _Pool:
 
     def give_back(self, task: Task) -> None:
         """A task has ended: its places are free."""
-        self._taken -= self._places(task)
+        self._taken -= self._places_of.pop(task)
         if task.limit is not None:
             self._running[task.limit.name] -= 1
             if held := self._held.get(task.limit.name):

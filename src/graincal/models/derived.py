@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError, Samples
-from graincal.notation.expression import Expression, NotAnExpression
+from graincal.notation.expression import CONSTANTS, Expression, NotAnExpression
 from graincal.suggestion import did_you_mean
 
 
@@ -16,6 +16,8 @@ def check_derived(derived: Mapping[str, str], names: Sequence[str]) -> None:
     """Raise InputError where an expression is none, where it needs a name that is no parameter and no derived one before it, and where a name is a parameter's already."""
     known = list(names)
     for name, text in derived.items():
+        if taken := [each for each in (*known, name) if each in CONSTANTS]:
+            raise InputError(f"derived.{name}: {taken[0]} is a number in expressions, and another name for a parameter was expected.")
         try:
             needed = Expression(text).names
         except NotAnExpression as error:

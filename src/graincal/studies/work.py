@@ -18,8 +18,9 @@ from graincal.campaign.found.run_library import Library
 from graincal.campaign.found.runs import known_runs
 from graincal.campaign.run.exploring import fill, for_library, points_of
 from graincal.campaign.run.running import begin_or_resume
+from graincal.campaign.stored.asked import SPENT
 from graincal.campaign.stored.provenance import provenance
-from graincal.campaign.stored.store import SPENT, Store, holds_campaign
+from graincal.campaign.stored.store import Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Response
 from graincal.inference.sampling.samples import replicates
 from graincal.models import TriaxialTest

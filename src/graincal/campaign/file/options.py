@@ -14,7 +14,7 @@ from graincal.campaign.file.section import Section, mistake, show
 from graincal.campaign.file.values import Count, NotNegative, Off, Positive, from_root
 from graincal.execution.cores import MOST_WORKERS
 from graincal.inference import DEFAULT_METHOD, METHODS
-from graincal.inference.posterior.posterior_filter import MOST_AHEAD
+from graincal.inference.posterior.options import MOST_AHEAD
 from graincal.inference.sampling.samples import MOST_SAMPLES
 from graincal.models.python import LONGEST_TIMEOUT
 from graincal.suggestion import did_you_mean

@@ -108,9 +108,10 @@ def _expression(name: str, text: str | None) -> Expression | str:
 def _outside(theta: NDArray[np.float64], run: ForeignRun, calibration: Calibration) -> str:
     """Why a run's parameters are none of the calibration's, "" where they are."""
     space = calibration.space
-    slack = SAME * (space.high - space.low)
-    for name, value, low, high, near in zip(space.names, theta, space.low, space.high, slack):
-        if not low - near <= value <= high + near:
+    # As far as values that differ by less than SAME are the same.
+    lowest, highest = space.moved(space.low, np.full(space.size, -SAME)), space.moved(space.high, np.full(space.size, SAME))
+    for name, value, low, high, least, most in zip(space.names, theta, space.low, space.high, lowest, highest):
+        if not least <= value <= most:
             return f"at {name} outside {low:g} to {high:g}"
     for name, value in space.fixed.items():
         if name in run.parameters and not np.isclose(run.parameters[name], value, rtol=SAME, atol=0):

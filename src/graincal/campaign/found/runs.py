@@ -16,7 +16,8 @@ from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.description import describe_model
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.found.replay import INFEASIBLE
-from graincal.campaign.stored.store import Store, as_stored
+from graincal.campaign.stored.asked import as_stored
+from graincal.campaign.stored.store import Store
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.likelihood.thinning import Thinning

@@ -23,8 +23,8 @@ from graincal.campaign.found.run_library import Library
 from graincal.campaign.run.advice import FEW_EFFECTIVE, Advice, AdvisedTest
 from graincal.campaign.run.candidate_tests import CandidateTest, candidate_test, default_tests
 from graincal.campaign.run.exploring import fill, for_library
+from graincal.campaign.stored.asked import as_stored
 from graincal.campaign.stored.listener import Listener
-from graincal.campaign.stored.store import as_stored
 from graincal.data import Failure, InputError, Reference, Response
 from graincal.execution import number_of_workers
 from graincal.inference.likelihood.error_model import error_model

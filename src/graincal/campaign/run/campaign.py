@@ -14,10 +14,11 @@ from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.replay import tell
 from graincal.campaign.run.evaluations import Evaluations
 from graincal.campaign.run.packing_study import study_packings
+from graincal.campaign.stored.asked import OUT_OF_TIME, SPENT
 from graincal.campaign.stored.curves import write_curve
 from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.listener import Listener
-from graincal.campaign.stored.store import OUT_OF_TIME, SPENT, Store
+from graincal.campaign.stored.store import Store
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import Samples
 from graincal.inference import PosteriorFilter

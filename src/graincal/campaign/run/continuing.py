@@ -13,7 +13,9 @@ from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.file.options import RunSection
 from graincal.campaign.file.section import sentences
 from graincal.campaign.found.replay import runs_at_answer, tell
-from graincal.campaign.stored.store import SPENT, Store, same
+from graincal.campaign.stored.asked import SPENT
+from graincal.campaign.stored.evaluated import same
+from graincal.campaign.stored.store import Store
 from graincal.data import InputError
 from graincal.inference import Stop
 from graincal.notation.toml import read_toml

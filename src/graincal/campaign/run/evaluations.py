@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -54,7 +55,7 @@ NOT_STARTED = "not_started"
 class Evaluations:
     """Has samples evaluated in the experiments of a calibration, and keeps each outcome in the store when it comes. stored: is told of each.
 
-    Where nothing could be started so far, that is no outcome: `until_whole` raises an InputError with the reason, and when that is mended the same evaluations are waiting.
+    Where nothing could be started in an experiment so far, that is no outcome: `until_whole` raises an InputError with the reason, and when that is mended the same evaluations are waiting.
     """
 
     def __init__(self, calibration: Calibration, store: Store, listeners: Sequence[Listener] = (), stored: Callable[[], None] = lambda: None) -> None:
@@ -63,7 +64,8 @@ class Evaluations:
         self._scheduler = Scheduler(calibration.workers, backend_elsewhere(calibration, store, listeners))
         self._batches: dict[int, tuple[Samples, EarlyStop | None]] = {}
         self._under_way: Counter[int] = Counter()
-        self._not_started: list[Ended] | None = [] if not store.counts()["evaluated"] else None
+        begun = {number for _, number, attempts, _ in store.runs() if attempts}
+        self._not_started: dict[int, list[Ended]] = {number: [] for number in range(len(calibration.experiments)) if number not in begun}
 
     def until_whole(self, first: int, batches: Sequence[Samples], early_stops: Sequence[EarlyStop | None] = (None,)) -> None:
         """Have batches evaluated in all experiments, of which the first has this number, until that one is; the others go on meanwhile.
@@ -77,7 +79,7 @@ class Evaluations:
                 self._batches[index] = samples, early_stop
                 self._give_batch(index, samples, early_stop)
         self._until_ended(first)
-        for ended in self._not_started or ():
+        for ended in chain.from_iterable(self._not_started.values()):
             experiment = self.calibration.experiments[ended.task.name.experiment]
             raise InputError(f'experiment "{experiment.name}": no evaluation could be started: {ended.outcome.reason}')
         self._leave_to_hand(first)
@@ -154,12 +156,11 @@ class Evaluations:
         """Keep an outcome, after those that were held back."""
         name = ended.task.name
         self._under_way[name.iteration] -= 1
-        if self._not_started is not None:
+        if name.experiment in self._not_started:
             if isinstance(ended.outcome, Failure) and ended.outcome.kind == NOT_STARTED:
-                self._not_started.append(ended)
+                self._not_started[name.experiment].append(ended)
                 return name, ended.outcome
-            held, self._not_started = self._not_started, None
-            for each in held:
+            for each in self._not_started.pop(name.experiment):
                 self._keep(each)
         return name, self._keep(ended)
 

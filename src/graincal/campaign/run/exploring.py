@@ -19,11 +19,13 @@ from graincal.campaign.run.campaign import Campaign
 from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.elsewhere import check_place
 from graincal.campaign.run.steps import ProgressOption, listening
+from graincal.campaign.stored.asked import LIBRARY, POINTS
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
+from graincal.campaign.stored.database import NAME
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import NAME as LOG
 from graincal.campaign.stored.log import Log
-from graincal.campaign.stored.store import LIBRARY, NAME, POINTS, Store, holds_campaign
+from graincal.campaign.stored.store import Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Samples
 from graincal.inference import Stop
 from graincal.inference.sampling.defensive import DefensiveMixture

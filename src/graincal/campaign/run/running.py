@@ -25,11 +25,12 @@ from graincal.campaign.run.elsewhere import check_place
 from graincal.campaign.run.evaluations import FILES
 from graincal.campaign.run.steps import ProgressOption, listening
 from graincal.campaign.run.waiting import RunsWait
+from graincal.campaign.stored.asked import SPENT
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import Lines, Log, is_running
 from graincal.campaign.stored.provenance import differences, provenance
-from graincal.campaign.stored.store import LOOK, SPENT, Store, holds_campaign
+from graincal.campaign.stored.store import LOOK, Store, holds_campaign
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference import DEFAULT_METHOD, Stop

@@ -12,7 +12,7 @@ import numpy as np
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.by_hand import by_hand, left_to_hand, waiting
-from graincal.campaign.run.told_files import FAILED, ToldFile, files_of_experiment, read_outcome, told_in
+from graincal.campaign.run.told_files import FAILED, ToldFile, files_of_experiment, holds_runs, read_outcome, told_in
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.log import Log
 from graincal.campaign.stored.store import Store
@@ -62,7 +62,8 @@ def _files(told: Path, calibration: Calibration, found: Told) -> Iterator[tuple[
         names = [file_name(experiment.name) for experiment in calibration.experiments]
         inner = sorted(each for each in told.iterdir() if each.is_dir())
         folders = {number: [each for each in inner if file_name(each.name) == name] for number, name in enumerate(names)}
-        found.refused += [f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected." for path in told_in(told, calibration.experiments[0])]
+        elsewhere = [*told_in(told, calibration.experiments[0]), *(each for each in inner if file_name(each.name) not in names and holds_runs(each, calibration.experiments[0]))]
+        found.refused += [f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected." for path in elsewhere]
     for number, each in folders.items():
         for file in files_of_experiment(each, calibration.experiments[number], found.refused):
             yield number, file

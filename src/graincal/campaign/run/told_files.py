@@ -55,7 +55,7 @@ def files_of_experiment(folders: Sequence[Path], experiment: Experiment, refused
     """The files of an experiment in these folders, in the order of their samples; those that cannot be taken are refused, a sentence each."""
     found: dict[int, list[Path]] = {}
     for path in (path for folder in folders for path in told_in(folder, experiment)):
-        if path.stem.isascii() and path.stem.isdecimal() and len(path.stem) < 18:
+        if _is_id(path.stem):
             found.setdefault(int(path.stem), []).append(path)
         else:
             refused.append(f"{path}: the id of a sample was expected as the name of the file, such as 12{path.suffix}.")
@@ -64,6 +64,15 @@ def files_of_experiment(folders: Sequence[Path], experiment: Experiment, refused
             refused.append(f"{paths[0]}: {' and '.join(map(str, paths[1:]))} is of the same sample, and a single file was expected.")
         else:
             yield ToldFile(id, paths[0])
+
+
+def holds_runs(folder: Path, experiment: Experiment) -> bool:
+    """Whether a folder holds files that are named as those that are told."""
+    return any(_is_id(path.stem) for path in told_in(folder, experiment))
+
+
+def _is_id(text: str) -> bool:
+    return text.isascii() and text.isdecimal() and len(text) < 18
 
 
 def read_outcome(file: ToldFile, experiment: Experiment) -> Response | Failure:

@@ -13,7 +13,8 @@ from pathlib import Path
 
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.place import Place
-from graincal.campaign.stored.store import NAME, Store
+from graincal.campaign.stored.database import NAME
+from graincal.campaign.stored.store import Store
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
 from graincal.models import CommandModel, PythonModel

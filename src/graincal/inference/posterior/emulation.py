@@ -139,12 +139,7 @@ def emulate(
     def emulated(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return _emulated(likelihoods, emulators, impossible, points)
 
-    strict = likelihoods
-    if of_measurement is not None:
-        strict = [
-            ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter))
-            for reference, model, scatter, emulator in zip(references, of_measurement, scatters, emulators)
-        ]
+    strict = likelihoods if of_measurement is None else _likelihoods(references, of_measurement, scatters, emulators)
 
     def expected(points: NDArray[np.float64]) -> NDArray[np.float64]:
         logs = sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(strict, emulators))
@@ -152,19 +147,11 @@ def emulate(
 
     explored = explore(space, emulated, rng, near=before.explored.proposal if before else near, thorough=thorough or before is None)
     explored, lost = _where_runs_succeed(explored, evaluations, impossible, rng)
-    # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
-    logs = np.where(evaluations.infeasible, -np.inf, emulated(unit))
-    # And one that was stopped with as much as it can have at most, although the emulator says less.
-    stopped = evaluations.stopped
-    logs[stopped] = bounds(first_states, [responses[stopped] for responses in evaluations.responses])
-    log_weights = evaluations.log_weights(logs, np.full(len(evaluations), True))
-    some = np.isfinite(log_weights).any()
+    log_weights = _log_weights(evaluations, emulated(unit), first_states)
+    some, stopped = np.isfinite(log_weights).any(), evaluations.stopped
     weights = normalised(log_weights) if some else np.zeros(len(evaluations))
     held_out = [emulator.held_out() for emulator in emulators]
-    # Runs that were all made before carry no weight: then those whose own responses are nearest count.
-    nearness = [
-        np.maximum(weights[whole], LEAST_COUNT / whole.sum()) if some else emulator.judges for emulator, (whole, _) in zip(emulators, map(evaluations.known, range(len(references))))
-    ]
+    nearness = _near_the_posterior(evaluations, weights if some else None, emulators)
     drawn = np.sum(evaluations.proposal >= 0)
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
 
@@ -192,6 +179,33 @@ def emulate(
         first_states=first_states,
         impossible=impossible,
     )
+
+
+def _likelihoods(references: Sequence[Reference], errors: Sequence[ErrorModel], scatters: Sequence[bool], emulators: Sequence[Emulator]) -> list[ReducedLikelihood]:
+    """Of what the emulators predict, under errors."""
+    return [
+        ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter))
+        for reference, model, scatter, emulator in zip(references, errors, scatters, emulators)
+    ]
+
+
+def _log_weights(evaluations: Evaluations, emulated: NDArray[np.float64], first_states: Sequence[FirstStates]) -> NDArray[np.float64]:
+    """Of the evaluations (N,), by what is emulated at them (N,)."""
+    # A sample that failed for the machine's or the clock's fault counts with what the emulator says of it; an infeasible one with zero.
+    logs = np.where(evaluations.infeasible, -np.inf, emulated)
+    # And one that was stopped with as much as it can have at most, although the emulator says less.
+    stopped = evaluations.stopped
+    logs[stopped] = bounds(first_states, [responses[stopped] for responses in evaluations.responses])
+    return evaluations.log_weights(logs, np.full(len(evaluations), True))
+
+
+def _near_the_posterior(evaluations: Evaluations, weights: NDArray[np.float64] | None, emulators: Sequence[Emulator]) -> list[NDArray[np.float64]]:
+    """How much the runs that each emulator learnt from say of its errors near the posterior: those with whole responses (M,), by the weights (N,) of all."""
+    if weights is None:
+        # Runs that were all made before carry no weight: then those whose own responses are nearest count.
+        return [emulator.judges for emulator in emulators]
+    known = [evaluations.known(number)[0] for number in range(len(emulators))]
+    return [np.maximum(weights[whole], LEAST_COUNT / whole.sum()) for whole in known]
 
 
 def recall(

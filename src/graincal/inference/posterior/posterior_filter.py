@@ -26,12 +26,13 @@ from graincal.inference.posterior.doubt import CENTRAL, Doubt
 from graincal.inference.posterior.emulation import Emulation, Found
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.posterior.knowledge import Knowledge
+from graincal.inference.posterior.options import check_options
 from graincal.inference.posterior.settling import FRESH, Settling
 from graincal.inference.sampling.defensive import DefensiveMixture
 from graincal.inference.sampling.importance import normalised
 from graincal.inference.sampling.posterior import Posterior
 from graincal.inference.sampling.proposal import ProposalOutsideBox, systematic_resampling
-from graincal.inference.sampling.samples import MOST_SAMPLES, replicates
+from graincal.inference.sampling.samples import replicates
 
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
@@ -41,9 +42,6 @@ EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
 
 # Runs grow by this part before the posterior is looked at again.
 GROWTH = 0.25
-
-# Batches that are asked for ahead, at most.
-MOST_AHEAD = 100
 
 # Evaluations up to which each look tempers anew.
 FEW = 200
@@ -108,7 +106,11 @@ class PosteriorFilter(AskTellFilter):
         self.early_stop = early_stop
         self.stop = stop
         self.seed = seed
-        self._check(references)
+        if not references:
+            raise InputError("filter: at least one reference is needed.")
+        space.check_experiments(len(references))
+        space.check_constraints()
+        check_options({"first_batch": self.first_batch, "batch": batch}, ahead, seed, stop, self._at_answer)
         self.knowledge = Knowledge(
             space, references, correlation_length=correlation_length, discrepancy=discrepancy, thin=thin, siblings=siblings, first_look=first_look, known=known
         )
@@ -455,31 +457,3 @@ class PosteriorFilter(AskTellFilter):
     def _rng(self, purpose: str, batch: int) -> np.random.Generator:
         """The random numbers of one purpose and of the batch of this number."""
         return np.random.default_rng([self.seed, batch, sum(purpose.encode())])
-
-    def _check(self, references: Sequence[Reference]) -> None:
-        if not references:
-            raise InputError("filter: at least one reference is needed.")
-        self.space.check_experiments(len(references))
-        self.space.check_constraints()
-        for name in ("first_batch", "batch"):
-            value = getattr(self, name)
-            if name == "batch" and value is None:
-                continue
-            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 2:
-                raise InputError(f"filter.{name} must be a whole number above 1, not {value!r}.")
-            if value > MOST_SAMPLES:
-                raise InputError(f"filter.{name} is {value}, and at most {MOST_SAMPLES:,} was expected.")
-        if isinstance(self.ahead, bool) or not isinstance(self.ahead, (int, np.integer)) or self.ahead < 0:
-            raise InputError(f"filter.ahead must be a whole number, not negative, not {self.ahead!r}.")
-        if self.ahead > MOST_AHEAD:
-            raise InputError(f"filter.ahead is {self.ahead}, and at most {MOST_AHEAD} was expected.")
-        if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
-            raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
-        answer = REPLICATES if self.emulator else 0
-        if self.stop.max_evaluations is not False and self.stop.max_evaluations < self.first_batch + answer:
-            runs = f" and the {answer} runs at the answer" if answer else ""
-            raise InputError(
-                f"stop.max_evaluations = {self.stop.max_evaluations} does not hold the first batch of {self.first_batch} samples{runs}: "
-                f"at least {self.first_batch + answer}, or a smaller filter.first_batch, was expected."
-            )
-

@@ -11,11 +11,15 @@ from pathlib import Path
 from typing import Literal
 
 from graincal.data import Failure, Response
+from graincal.execution.scheduler import RETRIES
 
 Keep = Literal["failed", "all", "none"]
 
 MOST_KEPT = 100
 """Attempts whose folders are kept, the last of them."""
+
+ATTEMPTS = 1 + RETRIES
+"""Of one evaluation at the most, in one sitting."""
 
 OUTCOME, PRINTED = "outcome.txt", "printed.txt"
 """What a kept folder says of its attempt, and the last that was printed in it."""
@@ -90,7 +94,7 @@ class Folders:
         """Remove an attempt that is not kept, or the oldest of too many that are."""
         if not keeps:
             _remove(kept)
-        elif len(os.listdir(self.root)) > MOST_KEPT:
+        elif len(os.listdir(self.root)) > MOST_KEPT / ATTEMPTS:
             ended = sorted(self.root.glob(f"*/attempt-*/{OUTCOME}"), key=_age)
             for outcome in ended[: max(0, len(ended) - MOST_KEPT)]:
                 _remove(outcome.parent)

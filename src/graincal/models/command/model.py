@@ -13,13 +13,16 @@ from numpy.typing import ArrayLike
 from graincal.data import Failure, InputError, Samples
 from graincal.execution import Limit, Task
 from graincal.files import unreadable
-from graincal.models.command.folders import Folders
+from graincal.models.command.folders import OUTCOME, PRINTED, Folders
 from graincal.models.command.inputs import BRACES, Given, Inputs
-from graincal.models.command.work import CommandWork, Limits
+from graincal.models.command.work import PRINTED_OUTPUT, CommandWork, Limits
 from graincal.models.model import Model
 from graincal.models.output import STANDARD_OUTPUT, Output
 
 _RUNNING = ("cores", "max_at_once")
+
+OWN = (OUTCOME, PRINTED, PRINTED_OUTPUT)
+"""The files that graincal itself writes in the folder of an evaluation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +58,13 @@ class CommandModel(Model):
         if not self.command or not self.command[0]:
             raise InputError("command must name a program, such as ['python3', 'simulate.py', '{{ E }}'].")
         self.output.check(self.control)
-        names = [*self.links, *self.templates, *([self.parameters_file] if self.parameters_file else []), *([self.output.file] if self.output.file != STANDARD_OUTPUT else [])]
-        if twice := [name for name in names if names.count(name) > 1]:
-            raise InputError(f"{twice[0]} is the name of two files in the folder of an evaluation, of link, templates, parameters_file and output, and different names were expected.")
+        _check_names([*self.links], self._written)
+
+    @property
+    def _written(self) -> list[str]:
+        """The names in the folder of an evaluation that files are written under, by graincal and by the program."""
+        named = [self.parameters_file, None if self.output.file == STANDARD_OUTPUT else self.output.file]
+        return [*self.templates, *filter(None, named)]
 
     @property
     def returned(self) -> tuple[str, ...]:
@@ -120,6 +127,21 @@ class CommandModel(Model):
             limits=Limits(running["time_limit"], running["memory"], **codes),
             folders=Folders(keep=running["keep"], scratch=running["scratch"]),
         )
+
+
+def _check_names(links: Sequence[str], written: Sequence[str]) -> None:
+    """Raise InputError for names that lead out of the folder of an evaluation, and for those of which one would be written over another, or through a link into what it leads to."""
+    for name in written:
+        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+            raise InputError(f"{name} leads out of the folder of an evaluation, and the name of a file within it was expected.")
+    paths = [PurePosixPath(name) for name in (*links, *written)]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError(f"{path} is the name of two files in the folder of an evaluation, of link, templates, parameters_file and output, and different names were expected.")
+        if str(path) in OWN:
+            raise InputError(f"{path} is the name of a file that graincal writes in the folder of an evaluation, and another name in link, templates, parameters_file and output was expected.")
+        if within := [each for each in path.parents if each in paths]:
+            raise InputError(f"{path} lies within {within[0]}, which is a name in the folder of an evaluation too, of link, templates, parameters_file and output, and a name beside it was expected.")
 
 
 def _text(path: Path) -> str:

@@ -47,6 +47,10 @@ class YadeModel(CommandModel):
         super().__post_init__()
         object.__setattr__(self, "table", tuple(self.table))
 
+    @property
+    def _written(self) -> list[str]:
+        return [*super()._written, *([TABLE] if self.table else [])]
+
     def described(self) -> dict[str, Any]:
         """It as plain data (what JSON holds)."""
         return {**super().described(), "kind": "yade"}
