@@ -1,16 +1,18 @@
 """graincal: Bayesian calibration of Discrete Element Method models against laboratory tests."""
 
+import logging
 from typing import TYPE_CHECKING
 
 from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
 from graincal.lazily import exported
 
 if TYPE_CHECKING:
-    from graincal.campaign import CandidateTest, Experiment, FolderError, advise, calibrate, explore, predict, resume
+    from graincal.campaign import CandidateTest, Experiment, FolderError, Step, advise, calibrate, compare, explore, predict, resume
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
     from graincal.models import ByHandModel, CommandModel, ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
+    from graincal.models.simulate import simulate
     from graincal.result import Result
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "Result",
     "Samples",
     "SequentialMonteCarloFilter",
+    "Step",
     "Stop",
     "StressPathTable",
     "TableTest",
@@ -43,11 +46,17 @@ __all__ = [
     "UndrainedTest",
     "advise",
     "calibrate",
+    "compare",
     "curve_error",
     "explore",
     "predict",
     "resume",
+    "simulate",
 ]
+
+
+# What a campaign's log says goes to this logger too; without a handler of a program's own it is silent.
+logging.getLogger("graincal").addHandler(logging.NullHandler())
 
 
 def __dir__() -> list[str]:
@@ -57,11 +66,12 @@ def __dir__() -> list[str]:
 _find = exported(
     __name__,
     {
-        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "advise", "calibrate", "explore", "predict", "resume"],
+        "graincal.campaign": ["CandidateTest", "Experiment", "FolderError", "Step", "advise", "calibrate", "compare", "explore", "predict", "resume"],
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],
         "graincal.models": ["ByHandModel", "CommandModel", "ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
+        "graincal.models.simulate": ["simulate"],
         "graincal.result": ["Result"],
     },
 )

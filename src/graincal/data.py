@@ -227,6 +227,12 @@ class Response:
         flagged = f", {self.details['flagged']:g} flagged" if "flagged" in self.details else ""
         return f"Response({len(self.control)} states{flagged}: {', '.join(self.values)})"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a table of the values in their units, and the first curves."""
+        from graincal.notebook import response_as_html
+
+        return response_as_html(self)
+
     @property
     def stopped(self) -> bool:
         """Whether the evaluation ended early, on request: these are the first of its states."""

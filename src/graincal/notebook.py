@@ -1,22 +1,27 @@
-"""How a reference shows itself: in a few lines at a prompt, and as a table with its curves in a notebook."""
+"""How references, responses and packings show themselves: in a few lines at a prompt, and as a table with curves in a notebook."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graincal.notation.markup import to_html
+from graincal.notation.printable import printable
 from graincal.notation.quantities import Quantity, quantity
 
 if TYPE_CHECKING:
-    from graincal.data import MeasurementError, Reference
+    from graincal.data import MeasurementError, Reference, Response
+    from graincal.dem.packing import Packing
 
 FEW = 60
 """Rows up to which each is drawn as a point."""
+
+DRAWN = 3
+"""Values of a response whose curves are drawn: the first, which are what tests are compared by."""
 
 NOT_FITTED = "recorded, not fitted"
 """What stands in the place of a measurement error."""
@@ -55,6 +60,27 @@ def as_html(reference: Reference) -> str:
     return f"<div><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{listed}{_curves(reference)}</div>"
 
 
+def response_as_html(response: Response) -> str:
+    """Of each value of a response the first, the last, the least and the largest, as a table, with the curves of the first of them (SVG)."""
+    control = quantity(response.control_name or "control")
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{to_html(of.title)}</th>{''.join(f'<td>{of.scale * value + 0.0:.4g}</td>' for value in (column[0], column[-1], *_ends(column)))}<td>{html.escape(of.behind.strip())}</td></tr>"
+        for of, column in ((control, response.control), *((quantity(name), values) for name, values in response.values.items()))
+    )
+    head = "".join(f"<th>{word}</th>" for word in (f"{len(response.control)} states", "first", "last", "least", "largest", "unit"))
+    drawn = dict(list(response.values.items())[:DRAWN])
+    return f"<div><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{_panels(response.control_name or 'control', response.control, drawn)}</div>"
+
+
+def packing_as_html(packing: Packing) -> str:
+    """The particles, the void ratio, the cell and the diameters of a packing, as a table."""
+    lengths = " × ".join(f"{1e3 * length:.4g}" for length in np.diag(packing.edges))
+    least, middle, largest = (f"{2e3 * radius:.4g}" for radius in np.quantile(packing.radii, [0, 0.5, 1]))
+    said = {"Particles": f"{packing.count}", "Void ratio": f"{packing.void_ratio:.3f}", "Cell": f"{lengths} mm", "Diameters": f"{least} to {largest} mm, half of them up to {middle} mm", "Name": packing.name}
+    rows = "".join(f"<tr><th style='text-align:left'>{key}</th><td>{html.escape(printable(text))}</td></tr>" for key, text in said.items())
+    return f"<table>{rows}</table>"
+
+
 def error_in_words(error: MeasurementError | None, shown: Quantity) -> str:
     """A measurement error in the unit that its observable is shown in."""
     if error is None:
@@ -79,16 +105,27 @@ def _range(values: NDArray[np.float64], shown: Quantity) -> tuple[str, str]:
     return least, largest
 
 
+def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
+    """The least and the largest of the finite values; NaN without any."""
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
+
+
 def _curves(reference: Reference) -> str:
     """The observables over the control, a panel each, as an SVG element."""
+    return _panels(reference.control_name, reference.control, reference.measured)
+
+
+def _panels(control_name: str, control: NDArray[np.float64], values: Mapping[str, NDArray[np.float64]]) -> str:
+    """Values over their control, a panel each, as an SVG element."""
     from graincal.drawing.figure import Axis, Figure, Panel, log_axis
     from graincal.drawing.with_matplotlib import to_svg
 
-    shown = quantity(reference.control_name)
-    x = shown.scale * reference.control
-    across = log_axis(shown.axis, x) if reference.control_name.endswith("stress") and x[0] > 0 else Axis(shown.axis)
-    panels = tuple(Panel("", across, Axis(quantity(name).axis), tuple(_marks(x, quantity(name).scale * values))) for name, values in reference.measured.items())
-    return to_svg(Figure("reference", "", "", panels))
+    shown = quantity(control_name)
+    x = shown.scale * control
+    across = log_axis(shown.axis, x) if control_name.endswith("stress") and x[0] > 0 else Axis(shown.axis)
+    panels = tuple(Panel("", across, Axis(quantity(name).axis), tuple(_marks(x, quantity(name).scale * column))) for name, column in values.items())
+    return to_svg(Figure("curves", "", "", panels)) if panels else ""
 
 
 def _marks(x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator:

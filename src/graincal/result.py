@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.remark import Remark
@@ -12,9 +12,13 @@ from graincal.campaign.found.remarks import remarks
 from graincal.inference.iterative.close_fits import CloseFits, close_fits
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+
     from graincal.campaign.found.emulated import Emulated
     from graincal.campaign.found.findings import Finding
+    from graincal.campaign.found.summary import Summary
     from graincal.inference.sampling.groups import Group
+    from graincal.report.plots import Plots
 
 # What is imported where it is used draws in scikit-learn, Matplotlib or Plotly, each of which takes a second.
 
@@ -58,6 +62,42 @@ class Result(Record):
         from graincal.campaign.found.findings import find
 
         return () if self.has_posterior else find(self.space, self.iterations, self.truth)
+
+    @cached_property
+    def _summary(self) -> Summary:
+        from graincal.campaign.found.summary import summarise
+
+        return summarise(self, self.emulated)
+
+    def summary(self) -> Summary:
+        """Each parameter with its answer, 90 % interval, unit, range and what informs it: a table at a prompt and in a notebook, records by `summary["phi"]`."""
+        return self._summary
+
+    def to_dataframe(self) -> DataFrame:
+        """Every evaluation as a row of a pandas table, by the sample's id. Raises InputError where pandas is not installed (`pip install 'graincal[notebook]'`)."""
+        from graincal.campaign.found.evaluations_table import to_dataframe
+
+        return to_dataframe(self)
+
+    def to_arviz(self) -> Any:
+        """The posterior as ArviZ reads it, with sample_stats, prior, posterior_predictive and observed_data: an xarray.DataTree, or an InferenceData before ArviZ 1. One chain of 500 draws of equal weight.
+
+        Raises InputError where ArviZ is not installed (`pip install 'graincal[notebook]'`), and where there is no posterior.
+        """
+        from graincal.campaign.found.arviz_groups import to_arviz
+
+        return to_arviz(self, self.emulated)
+
+    @property
+    def plot(self) -> Plots:
+        """The report's figures as Matplotlib's axes: plot.curves(), plot.pairs(), plot.trace(), plot.predict()."""
+        from graincal.report.plots import Plots
+
+        return Plots(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the summary as a table."""
+        return self.summary()._repr_html_()
 
     def report(self, path: str | Path) -> Path:
         """Write the report, one HTML file, and return its path."""

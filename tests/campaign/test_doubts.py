@@ -6,9 +6,9 @@ import pytest
 from graincal import Experiment, Reference
 from graincal.campaign import Calibration
 from graincal.campaign.file.doubts import doubts as found
-from graincal.cli.text import duration
 from graincal.data import MeasurementError
 from graincal.models.contact_laws import unusual_parameters
+from graincal.notation.text import duration
 
 from .hyperbola import SPACE, STRAIN, model
 

@@ -7,6 +7,7 @@ from graincal.lazily import exported
 if TYPE_CHECKING:
     from graincal.campaign.asked.calibration import Calibration
     from graincal.campaign.asked.experiment import Experiment
+    from graincal.campaign.found.comparison import compare
     from graincal.campaign.found.prediction import Prediction, predict
     from graincal.campaign.found.record import Answer, Candidate, Record
     from graincal.campaign.found.remark import Remark
@@ -15,10 +16,11 @@ if TYPE_CHECKING:
     from graincal.campaign.run.candidate_tests import CandidateTest
     from graincal.campaign.run.exploring import explore
     from graincal.campaign.run.running import begin, calibrate, resume
+    from graincal.campaign.run.steps import Step
     from graincal.campaign.stored.listener import Listener
     from graincal.campaign.stored.trouble import FolderError
 
-__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "advise", "begin", "calibrate", "explore", "predict", "resume"]
+__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "Step", "advise", "begin", "calibrate", "compare", "explore", "predict", "resume"]
 
 __getattr__ = exported(
     __name__,
@@ -30,10 +32,12 @@ __getattr__ = exported(
         "graincal.campaign.asked.experiment": ["Experiment"],
         "graincal.campaign.run.exploring": ["explore"],
         "graincal.campaign.stored.listener": ["Listener"],
+        "graincal.campaign.found.comparison": ["compare"],
         "graincal.campaign.found.prediction": ["Prediction", "predict"],
         "graincal.campaign.found.remark": ["Remark"],
         "graincal.campaign.found.record": ["Answer", "Candidate", "Record"],
         "graincal.campaign.run.running": ["begin", "calibrate", "resume"],
+        "graincal.campaign.run.steps": ["Step"],
         "graincal.campaign.stored.trouble": ["FolderError"],
     },
 )

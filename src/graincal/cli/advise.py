@@ -34,9 +34,9 @@ def advise(
     """
     from graincal.campaign.run.advising import ADVICE
     from graincal.campaign.run.advising import advise as advise_tests
-    from graincal.cli.console import PrintableConsole
+    from graincal.campaign.run.progress import Progress
     from graincal.cli.outputs import check_outputs
-    from graincal.cli.progress import Progress
+    from graincal.notation.console import PrintableConsole
     from graincal.result import Result
 
     at_once = parse_workers(workers)
@@ -83,8 +83,8 @@ def _say(advice: Advice) -> None:
 
     from rich.table import Table
 
-    from graincal.cli.console import PrintableConsole
     from graincal.notation import numbers, quantities
+    from graincal.notation.console import PrintableConsole
     from graincal.notation.markup import to_plain
     from graincal.notation.words import listed
 

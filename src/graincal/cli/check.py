@@ -162,7 +162,7 @@ def _describe(experiment: Experiment, method: str) -> list[str]:
 
 
 def _describe_reference(reference: Reference) -> list[str]:
-    from graincal.cli.text import resample, sparkline
+    from graincal.notation.text import resample, sparkline
 
     lines = [f"  reference: {len(reference.control)} rows, {reference.control_name} {reference.control[0]:g} to {reference.control[-1]:g}"]
     for name, values in reference.measured.items():
@@ -204,10 +204,10 @@ def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
     from graincal.campaign.asked.limits import Limits
     from graincal.campaign.file.expectation import NOT_RUN, expect
     from graincal.campaign.file.forecast import Forecast
-    from graincal.cli.text import duration
     from graincal.execution import available_cores
     from graincal.inference import PosteriorFilter
     from graincal.inference.likelihood.packings import PLACES, SIBLINGS
+    from graincal.notation.text import duration
 
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
     samples = len(filter.under_way[0])

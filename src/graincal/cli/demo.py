@@ -26,9 +26,9 @@ def demo(
     from graincal.campaign import begin
     from graincal.campaign.run.running import REPORT
     from graincal.cli.chart import chart
-    from graincal.cli.console import PrintableConsole
     from graincal.cli.options import parse_workers
     from graincal.cli.running import run
+    from graincal.notation.console import PrintableConsole
 
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet)
     number = parse_workers(workers)

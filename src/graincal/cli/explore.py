@@ -29,9 +29,9 @@ def explore(
     from graincal.campaign.asked.points import read_points
     from graincal.campaign.file.config import read_calibration
     from graincal.campaign.run.exploring import fill
-    from graincal.cli.console import PrintableConsole
     from graincal.cli.options import parse_workers
     from graincal.cli.running import fill_and_say
+    from graincal.notation.console import PrintableConsole
 
     with PrintableConsole(stderr=True, quiet=quiet).status(f"reading {file} and what it names; a packing may have to be prepared first"):
         calibration = read_calibration(file, exploring=True, to=to)

@@ -10,12 +10,12 @@ from pathlib import Path
 
 from graincal.campaign import Calibration, Experiment
 from graincal.cli.saying import say
-from graincal.cli.text import duration, resample, sparkline
 from graincal.data import Failure, Reference, Response, Samples
 from graincal.models import CommandModel
 from graincal.models.command.folders import PRINTED
 from graincal.models.command.work import COLOURS, PRINTED_LAST
 from graincal.notation.printable import printable
+from graincal.notation.text import duration, resample, sparkline
 
 LINES, WIDTH = 30, 160
 """Lines of a file that are shown, and characters of a line."""

@@ -32,10 +32,10 @@ def reproduce(
     """
     import sys
 
-    from graincal.cli.console import PrintableConsole
+    from graincal.campaign.run.progress import Progress
     from graincal.cli.options import parse_workers
-    from graincal.cli.progress import Progress
     from graincal.data import InputError
+    from graincal.notation.console import PrintableConsole
     from graincal.studies.hartmann2022 import STUDIES, TITLE
     from graincal.studies.running import Reproduction
     from graincal.studies.settings import PAPER, QUICK, Setup

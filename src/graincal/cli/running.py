@@ -14,13 +14,13 @@ from rich.table import Table
 from graincal.campaign import Calibration, Listener
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.examination import Examination, examine
+from graincal.campaign.run.progress import Progress
 from graincal.campaign.run.running import REPORT
 from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.store import holds_campaign
-from graincal.cli.console import PrintableConsole
-from graincal.cli.progress import Progress
 from graincal.cli.saying import say
 from graincal.data import InputError
+from graincal.notation.console import PrintableConsole
 from graincal.result import Result
 
 

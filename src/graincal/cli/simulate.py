@@ -244,7 +244,7 @@ def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Pat
 
 
 def _describe(curve: Response, reference: Reference | None) -> list[str]:
-    from graincal.cli.text import duration
+    from graincal.notation.text import duration
 
     lines = [f"{len(curve.control)} rows from {curve.details['states']:.0f} states at rest, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"]
     if flagged := int(curve.details["flagged"]):

@@ -28,7 +28,7 @@ def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help=
 
 def _lines(status: dict[str, Any]) -> list[str]:
     from graincal.campaign.asked.calibration import round_of
-    from graincal.cli.text import duration, sparkline
+    from graincal.notation.text import duration, sparkline
 
     lines = [f"{status['folder']}: {status['state']}, {status['method']}, {', '.join(status['experiments'])}"]
     lines.append(f"{status['evaluations']} evaluations, {status['failures']} failed{_stopped(status['stopped'])}, {duration(status['seconds'])} of run time")

@@ -63,6 +63,12 @@ class Packing:
     def __repr__(self) -> str:
         return f"Packing({self.count} particles, void ratio {self.void_ratio:.3f}, {self.name})"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a table of particles, void ratio, cell and diameters."""
+        from graincal.notebook import packing_as_html
+
+        return packing_as_html(self)
+
     def _check_cell(self, edges: NDArray[np.float64], radii: NDArray[np.float64]) -> None:
         # Stress paths drive the axes, and a cell that leans would be driven along others.
         if edges.shape != (3, 3) or np.any(edges != np.diag(np.diag(edges))) or not np.all(np.diag(edges) > 0):

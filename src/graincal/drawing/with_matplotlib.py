@@ -63,12 +63,23 @@ def to_svg(figure: Figure) -> str:
     return text[text.index("<svg") :]
 
 
-def draw(figure: Figure) -> matplotlib.figure.Figure:
-    """A figure as Matplotlib's, without pyplot and its global state."""
+def show(figure: Figure) -> np.ndarray:
+    """Draw a figure as one of pyplot's, which a notebook or `pyplot.show` then shows, and return its axes: (rows, columns), in the order of the panels."""
+    from matplotlib import pyplot
+
+    with matplotlib.rc_context(_SETTINGS):
+        drawn = draw(figure, pyplot.figure(layout="constrained"))
+    columns = min(figure.columns, len(figure.panels))
+    return np.array(drawn.axes, dtype=object).reshape(-1, columns)
+
+
+def draw(figure: Figure, on: matplotlib.figure.Figure | None = None) -> matplotlib.figure.Figure:
+    """A figure as Matplotlib's, without pyplot and its global state, or on an empty one of somebody's own."""
     columns = min(figure.columns, len(figure.panels))
     rows = math.ceil(len(figure.panels) / columns)
     size = (1.35 * columns + 0.6, 1.35 * rows + 0.6) if figure.square else (2.7 * columns + 0.3, 2.3 * rows + 0.4)
-    drawn = matplotlib.figure.Figure(figsize=size, layout="constrained")
+    drawn = matplotlib.figure.Figure(layout="constrained") if on is None else on
+    drawn.set_size_inches(size)
     grid = drawn.subplots(rows, columns, squeeze=False)
     for panel, axes in zip(figure.panels, grid.flat):
         _draw_panel(panel, axes)

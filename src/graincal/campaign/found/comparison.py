@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from graincal.campaign.asked.calibration import POSTERIOR
 from graincal.campaign.asked.description import describe
@@ -33,14 +34,19 @@ class Contender:
         return best.log_evidence - 2 * best.log_evidence_std < self.log_evidence + math.log(20)
 
 
-def compare(results: Mapping[str, Record], scores: Mapping[str, Score] | None = None) -> list[Contender]:
+def compare(results: Mapping[str, Record | str | Path], scores: Mapping[str, Score] | None = None) -> list[Contender]:
     """The campaigns by name, the best first: by the log score of a held-out test where `scores` has one for each, else by log evidence.
+
+    >>> compare({"linear": result, "hertz": "hertz_campaign"})                                   # doctest: +SKIP
+
+    results: a result each, or the folder of its campaign. scores: `predict(...).against(reference)` of each.
 
     An evidence depends on the ranges of the parameters: the wider they are for nothing, the smaller it is. A prediction does not.
     Raises InputError for fewer than two campaigns, for others than of the method "posterior", and where references or errors differ.
     """
     if len(results) < 2:
         raise InputError("a comparison needs two campaigns or more.")
+    results = {name: result if isinstance(result, Record) else Record.read(result) for name, result in results.items()}
     for name, result in results.items():
         if result.calibration.method != POSTERIOR:
             raise InputError(f'{name}: its method is "{result.calibration.method}", and only campaigns of the method "{POSTERIOR}" have an evidence.')

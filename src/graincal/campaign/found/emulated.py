@@ -41,6 +41,15 @@ class Bands:
 
 
 @dataclass(frozen=True, eq=False)
+class Drawn:
+    """Of one experiment, at the control values (K,) that are kept of its reference: the mean response, and a measurement of it, at samples of the posterior, each (DRAWN, K, J)."""
+
+    control: NDArray[np.float64]
+    response: NDArray[np.float64]
+    measurement: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class Mode:
     """A group of parameter values that fit: its share of the probability, its centre and its most probable values (n,), and the least error ε of the runs in it."""
 
@@ -94,10 +103,10 @@ class Emulated:
         return float(np.mean(np.max(doubts, axis=0) > UNSURE))
 
     @cached_property
-    def bands(self) -> tuple[Bands, ...]:
-        """For each experiment, state by state."""
+    def predictive(self) -> tuple[Drawn, ...]:
+        """For each experiment, at the samples `theta`."""
         rng, unit = np.random.default_rng(0), self.result.space.to_unit(self.theta)
-        bands = []
+        drawn = []
         with threadpool_limits(1):
             for emulator, likelihood, errors, scatters, reference in zip(
                 self.emulation.emulators, self.emulation.likelihoods, self.result.knowledge.errors, self.result.knowledge.scatters, self.result.knowledge.kept
@@ -111,10 +120,14 @@ class Emulated:
                 added = np.diag(emulator.added(scatters))
                 sd = np.sqrt(np.array([np.diag(covariance) for covariance in errors.covariances])[hypothesis] + added)
                 sd = np.swapaxes(sd.reshape(len(sd), len(names), -1), 1, 2)
-                measured = response + sd * rng.standard_normal(sd.shape)
-                levels = ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2)
-                bands.append(Bands(reference.control, np.quantile(response, levels, axis=0), np.quantile(measured, levels, axis=0)))
-        return tuple(bands)
+                drawn.append(Drawn(reference.control, response, response + sd * rng.standard_normal(sd.shape)))
+        return tuple(drawn)
+
+    @cached_property
+    def bands(self) -> tuple[Bands, ...]:
+        """For each experiment, state by state."""
+        levels = ((1 - PROBABILITY) / 2, (1 + PROBABILITY) / 2)
+        return tuple(Bands(each.control, np.quantile(each.response, levels, axis=0), np.quantile(each.measurement, levels, axis=0)) for each in self.predictive)
 
     @cached_property
     def likely(self) -> NDArray[np.int64]:

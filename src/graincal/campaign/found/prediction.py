@@ -35,6 +35,10 @@ class Prediction:
     failures: tuple[Failure, ...] = field(default=())
     error_options: Mapping[str, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        failed = f", {len(self.failures)} more failed" if self.failures else ""
+        return f"Prediction({len(self.theta)} responses{failed} at {len(self.control)} values of {self.control_name}: {', '.join(self.values)})"
+
     def mean(self, name: str) -> NDArray[np.float64]:
         """The mean response, (T,)."""
         return self._values(name).mean(axis=0)

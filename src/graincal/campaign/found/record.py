@@ -39,6 +39,9 @@ class Candidate:
     theta: NDArray[np.float64]
     error: float
 
+    def __repr__(self) -> str:
+        return f"Candidate(sample {self.sample} of iteration {self.iteration}: theta {_listed(self.theta)}, error {self.error:.2f} %)"
+
 
 @dataclass(frozen=True, eq=False)
 class Answer(Repeated):
@@ -47,6 +50,11 @@ class Answer(Repeated):
     theta: NDArray[np.float64]
     samples: NDArray[np.int64]
     errors: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        known = self.errors[np.isfinite(self.errors)]
+        error = f", error {known.mean():.2f} % by {len(known)} runs" if known.size else ", not run yet"
+        return f"Answer(theta {_listed(self.theta)}{error})"
 
 
 class Record:
@@ -337,6 +345,10 @@ class Record:
                 attempts[rows[sample], experiment] = tries
                 seconds[rows[sample], experiment] = np.nan if took is None else took
         return seconds, attempts
+
+
+def _listed(theta: NDArray[np.float64]) -> str:
+    return ", ".join(f"{value:.4g}" for value in theta)
 
 
 def on_states(outcome: Response | Failure | None, states: NDArray[np.float64]) -> Response | Failure | None:

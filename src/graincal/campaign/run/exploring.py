@@ -18,6 +18,7 @@ from graincal.campaign.asked.points import checked_points
 from graincal.campaign.run.campaign import Campaign
 from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.elsewhere import check_place
+from graincal.campaign.run.steps import ProgressOption, listening
 from graincal.campaign.stored.asked import LIBRARY, POINTS
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
 from graincal.campaign.stored.database import NAME
@@ -43,6 +44,7 @@ def explore(
     seed: int = 1,
     workers: int | Literal["all"] = "all",
     listeners: Sequence[Listener] = (),
+    progress: ProgressOption = None,
 ) -> Path:
     """Fill the ranges of parameters with runs, for no reference, and keep them in a folder; its path. The same again goes on with what was broken off.
 
@@ -50,7 +52,7 @@ def explore(
     >>> calibrate(test, reference, ParameterSpace.paper(), runs=["library"])                     # doctest: +SKIP
 
     to: the last control value that runs come to, or all of them (T,) for a function that knows no others. model: may be a list of experiments, whose references then say that. observables: what a model must
-    return. runs: how many; by default as many as a calibration fills the ranges with first. points (N, n): parameters to run instead, in the order of the space, within its ranges. Raises InputError as `calibrate`, and for a folder that holds something else.
+    return. runs: how many; by default as many as a calibration fills the ranges with first. points (N, n): parameters to run instead, in the order of the space, within its ranges. progress: as of `calibrate`. Raises InputError as `calibrate`, and for a folder that holds something else.
     """
     if isinstance(model, Sequence):
         experiments = list(model)
@@ -60,7 +62,8 @@ def explore(
         raise InputError("explore needs to know how far runs go: to = the last control value was expected.")
     else:
         experiments = [Experiment("experiment", model, no_reference(to, observables, getattr(model, "control", None)))]
-    return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, listeners, points)
+    with listening(progress) as shown:
+        return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, (*listeners, *shown), points)
 
 
 def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, listeners: Sequence[Listener] = (), points: ArrayLike | None = None) -> Path:

@@ -23,11 +23,12 @@ from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.continuing import changed_criteria, changed_keys, changed_since, edited_run, refuse_another_past, with_criteria
 from graincal.campaign.run.elsewhere import check_place
 from graincal.campaign.run.evaluations import FILES
+from graincal.campaign.run.steps import ProgressOption, listening
 from graincal.campaign.run.waiting import RunsWait
 from graincal.campaign.stored.asked import SPENT
 from graincal.campaign.stored.code import look_at_code, refuse_strangers_code
 from graincal.campaign.stored.listener import Listener
-from graincal.campaign.stored.log import Log, is_running
+from graincal.campaign.stored.log import Lines, Log, is_running
 from graincal.campaign.stored.provenance import differences, provenance
 from graincal.campaign.stored.store import LOOK, Store, holds_campaign
 from graincal.campaign.stored.trouble import FolderError
@@ -56,6 +57,7 @@ def calibrate(
     first_look: Result | str | Path | None = None,
     runs: Sequence[str | Path] = (),
     expected_seconds: float | None = None,
+    progress: ProgressOption = None,
     **filter_options: Any,
 ) -> Result:
     """Calibrate a model against a reference, or several experiments at once.
@@ -72,6 +74,7 @@ def calibrate(
     (see `IterativeBayesianFilter`). first_look: with "posterior", a campaign of cheaper models on the same experiments, or its folder.
     runs: with "posterior", the folders of campaigns and of libraries (`explore`) on the same models, to learn from (`graincal.campaign.found.runs.known_runs`).
     expected_seconds: what one evaluation takes on one core, where the model is not a built-in test: short ones fill the ranges by hundreds first.
+    progress: True for a live table in a terminal or a notebook, or a function that is given a `Step` after each evaluation.
     Raises InputError for what cannot be calibrated, FolderError for a folder that cannot be written, RunsWait where runs are to be made by hand (`ByHandModel`).
     """
     if isinstance(model, Sequence):
@@ -90,7 +93,8 @@ def calibrate(
         calibration = replace(calibration, first_look=first_look_of(look, calibration, "first_look"))
     if runs:
         calibration = replace(calibration, known=known_runs(runs, calibration))
-    return begin(calibration, folder)
+    with listening(progress) as listeners:
+        return begin(calibration, folder, listeners)
 
 
 def begin(calibration: Calibration, folder: str | Path | None = None, listeners: Sequence[Listener] = (), accepted: Sequence[Doubt] = ()) -> Result:
@@ -100,7 +104,7 @@ def begin(calibration: Calibration, folder: str | Path | None = None, listeners:
     if folder is None and by_hand(calibration):
         raise InputError("runs that are made by hand are told to a campaign that is kept: folder = a folder of its own was expected.")
     if folder is None:
-        store = Store.create(calibration, accepted=accepted)
+        store, listeners = Store.create(calibration, accepted=accepted), (*listeners, Lines())
         return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     folder = Path(folder)
     with closing(claim(folder, lambda locked: _refuse_campaign(folder, calibration, locked=locked))) as log:
@@ -143,6 +147,7 @@ def resume(
     listeners: Sequence[Listener] = (),
     trust: bool = False,
     by_hand: bool = False,
+    progress: ProgressOption = None,
     **criteria: Any,
 ) -> Result:
     """Go on with the campaign of a folder, to the result that it would have had if nothing had stopped it.
@@ -151,10 +156,17 @@ def resume(
     workers: by default those of [run] in the folder's campaign.toml, where that was edited, or those of the beginning. criteria: fields of `Stop` that replace those of the beginning, such as max_evaluations=200, or s=False by the paper's method.
     A campaign that is at its end then goes on, bit for bit to what it would have given by these criteria from the start; they are kept.
     trust: go on with a campaign of another user, whose named functions are this user's to run then. by_hand: run nothing here: somebody makes all runs and tells what they gave (`graincal.campaign.run.telling`).
+    progress: as of `calibrate`.
     Raises InputError where the folder holds no campaign, or one of another user that runs named functions, or one that another process is running; and for criteria by which it would have ended
     before it did, or would not go on. Raises RunsWait where it cannot go on before runs are made by hand.
     """
-    folder = Path(folder)
+    with listening(progress) as shown:
+        return _resume(Path(folder), model, workers, (*listeners, *shown), criteria, trust=trust, by_hand=by_hand)
+
+
+def _resume(
+    folder: Path, model: Model | Sequence[Model] | None, workers: int | Literal["all"] | None, listeners: Sequence[Listener], criteria: Mapping[str, Any], *, trust: bool, by_hand: bool
+) -> Result:
     store = Store.open(folder)
     run = edited_run(folder / CALIBRATION_FILE, store)
     if not trust and not by_hand and model is None:
@@ -232,7 +244,7 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
         return calibration
     look = replace(calibration.look, workers=calibration.workers, place=calibration.place)
     # Its own log says what happens in it.
-    others = [listener for listener in listeners if not isinstance(listener, Log)]
+    others = [listener for listener in listeners if not isinstance(listener, Lines)]
     for listener in listeners:
         listener.remark("Takes a first look by cheaper models.")
     folder, began = store.folder / LOOK if store.folder else None, time.monotonic()

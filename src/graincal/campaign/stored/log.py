@@ -1,8 +1,9 @@
-"""DIR/log.txt: what happened, a line each. Whoever runs the campaign holds it locked, so that no two write to one folder."""
+"""What happened in a campaign, a line each: to the standard logger "graincal", and to DIR/log.txt. Whoever runs the campaign holds that file locked, so that no two write to one folder."""
 
 from __future__ import annotations
 
 import fcntl
+import logging
 import math
 import os
 from contextlib import suppress
@@ -24,30 +25,15 @@ LONGEST_LINE = 4_000
 """Characters of a line."""
 
 
-class Log(Listener):
-    """The log of a campaign's folder, open for writing and locked until it is closed.
+class Lines(Listener):
+    """What happens, as lines to the logger "graincal": failures as warnings, all else as information. The package gives it no handler that writes, so it is silent until a program asks for it."""
 
-    Raises InputError where another process holds it, FolderError where it cannot be written.
-    """
+    _logger = logging.getLogger("graincal")
+    _round = "Iteration"
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / NAME
-        self._round = "Iteration"
-        try:
-            self._file = open(self.path, "a", encoding="utf-8")
-        except OSError as error:
-            raise FolderError.of(self.path, error) from error
-        if not locked(self._file):
-            self._file.close()
-            raise InputError(f"{folder}: another process is running this campaign; `graincal status {folder}` says how far it is.")
-
-    def write(self, text: str) -> None:
-        """Add a line with the time."""
-        try:
-            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {printable(text, LONGEST_LINE)}\n")
-            self._file.flush()
-        except OSError as error:
-            raise FolderError.of(self.path, error) from error
+    def write(self, text: str, level: int = logging.INFO) -> None:
+        """Add a line."""
+        self._logger.log(level, "%s", printable(text, LONGEST_LINE))
 
     def begins(self, calibration: Calibration) -> None:
         self._round = round_of(calibration.method).capitalize()
@@ -65,7 +51,7 @@ class Log(Listener):
             how = f"stopped after {len(outcome.control)} states, for it cannot matter any more," if outcome.stopped else "finished"
         else:
             how = f"failed ({outcome.kind}: {outcome.reason})"
-        self.write(f'Sample {sample}, "{experiment}": {how}{took}.')
+        self.write(f'Sample {sample}, "{experiment}": {how}{took}.', logging.WARNING if isinstance(outcome, Failure) else logging.INFO)
 
     def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
         if not replayed:
@@ -73,6 +59,32 @@ class Log(Listener):
 
     def stops(self, by: str, because: str) -> None:
         self.write(f"Stops by {by}. {because}")
+
+
+class Log(Lines):
+    """The log of a campaign's folder, open for writing and locked until it is closed.
+
+    Raises InputError where another process holds it, FolderError where it cannot be written.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / NAME
+        try:
+            self._file = open(self.path, "a", encoding="utf-8")
+        except OSError as error:
+            raise FolderError.of(self.path, error) from error
+        if not locked(self._file):
+            self._file.close()
+            raise InputError(f"{folder}: another process is running this campaign; `graincal status {folder}` says how far it is.")
+
+    def write(self, text: str, level: int = logging.INFO) -> None:
+        """Add a line, in the file with the time."""
+        super().write(text, level)
+        try:
+            self._file.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {printable(text, LONGEST_LINE)}\n")
+            self._file.flush()
+        except OSError as error:
+            raise FolderError.of(self.path, error) from error
 
     def close(self) -> None:
         """Give the lock back."""

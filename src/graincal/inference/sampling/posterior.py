@@ -25,6 +25,10 @@ class Posterior:
     samples: NDArray[np.float64]
     weights: NDArray[np.float64]
 
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} {mean:.4g} ± {std:.2g}" for name, mean, std in zip(self.names, self.mean(), self.std()))
+        return f"Posterior({len(self.weights)} weighted samples: {told})"
+
     def mean(self, of: ArrayLike | None = None) -> NDArray[np.float64]:
         """The weighted mean, (n,) or the shape of one value of `of` (Hartmann, Cheng, Thornton 2022, Eq. 3)."""
         weights, values = self._carried(of)

@@ -1,4 +1,4 @@
-"""A campaign on the terminal as it goes: a live table, or plain lines where there is no terminal."""
+"""A campaign as it goes, in a terminal or a notebook: a live table, or plain lines where there is neither."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from graincal.campaign import Calibration, Listener
-from graincal.campaign.asked.calibration import POSTERIOR, round_of
+from graincal.campaign.asked.calibration import POSTERIOR, Calibration, round_of
 from graincal.campaign.stored.learnt import Learnt
-from graincal.cli.text import duration, sparkline
+from graincal.campaign.stored.listener import Listener
 from graincal.data import Failure, Response
 from graincal.inference import Iteration
+from graincal.notation.text import duration, sparkline
 
 PAUSE = 5.0
 """Where there is no terminal, a line says how far an iteration is at most every so many seconds."""
@@ -33,7 +33,7 @@ class Progress(Listener):
         self._learnt: list[Learnt | None] = []
         self._done = self._total = self._failed = self._stopped = 0
         self._began = self._said = time.monotonic()
-        self._live = Live(console=console, get_renderable=self._picture, refresh_per_second=4) if console.is_terminal else None
+        self._live = Live(console=console, get_renderable=self._picture, refresh_per_second=4) if console.is_terminal or console.is_jupyter else None
 
     def __enter__(self) -> Progress:
         if self._live:

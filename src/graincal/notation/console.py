@@ -1,4 +1,4 @@
-"""The console that commands draw tables and progress on."""
+"""The console that tables and progress are drawn on, of a terminal or a notebook."""
 
 from __future__ import annotations
 

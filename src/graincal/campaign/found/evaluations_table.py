@@ -1,0 +1,33 @@
+"""Every evaluation as a row of a pandas table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from graincal.campaign.asked.calibration import round_of
+from graincal.data import InputError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from graincal.campaign.found.record import Record
+
+
+def to_dataframe(result: Record) -> DataFrame:
+    """A row for each sample, by its id: batch or iteration, parameters, errors in percent, weight within its iteration, whether it failed or was stopped early, seconds.
+
+    Raises InputError where pandas is not installed.
+    """
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError("to_dataframe needs pandas, which is not installed: pip install 'graincal[notebook]'.") from None
+    pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
+    columns = {round_of(result.calibration.method): result.iteration}
+    columns |= dict(zip(result.space.names, result.samples.T))
+    columns |= {"error": result.errors} | dict(zip(pairs, result.observable_errors.T))
+    if not result.has_posterior:
+        columns["weight"] = [weight for iteration in result.iterations for weight in iteration.final_weights]
+    columns |= {"failed": result.failed, "stopped": result.stopped}
+    columns |= {f"seconds: {experiment.name}" if len(result.experiments) > 1 else "seconds": result.seconds[:, number] for number, experiment in enumerate(result.experiments)}
+    return pd.DataFrame(columns, index=pd.Index(result.ids, name="sample"))

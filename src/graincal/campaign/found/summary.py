@@ -1,0 +1,136 @@
+"""What a result comes to, in a few lines: a row for each parameter."""
+
+from __future__ import annotations
+
+import html
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graincal.campaign.asked.calibration import POSTERIOR
+from graincal.campaign.found.remarks import WEAKLY
+from graincal.inference.sampling.posterior import PROBABILITY
+from graincal.notation import numbers
+from graincal.notation.markup import to_html, to_plain
+from graincal.notation.quantities import parameters, quantity
+
+if TYPE_CHECKING:
+    from graincal.campaign.found.emulated import Emulated
+    from graincal.campaign.found.record import Record
+
+
+@dataclass(frozen=True)
+class ParameterSummary:
+    """One parameter. answer: of the method "posterior" the answer, else the most probable sample, and the best where there are no weights. interval: 90 %, None without a posterior.
+
+    range: of the prior. informed_by: the observable that narrows it most by itself, "all together" where none does, "nothing" where it was not narrowed; None where that is not known.
+    """
+
+    parameter: str
+    answer: float
+    interval: tuple[float, float] | None
+    unit: str
+    range: tuple[float, float]
+    informed_by: str | None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a result comes to. state: whether it has settled, and what ended it, in a sentence. error: percent, Eq. 6 (Hartmann, Cheng, Thornton 2022), of the answer; NaN where it was not run."""
+
+    state: str
+    evaluations: int
+    failures: int
+    error: float
+    parameters: tuple[ParameterSummary, ...]
+    _rows: tuple[tuple[str, ...], ...]
+
+    def __getitem__(self, parameter: str) -> ParameterSummary:
+        for each in self.parameters:
+            if each.parameter == parameter:
+                return each
+        raise KeyError(parameter)
+
+    def __iter__(self):
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def __repr__(self) -> str:
+        rows = [_HEAD, *(tuple(to_plain(cell) for cell in row) for row in self._rows)]
+        widths = [max(map(len, column)) for column in zip(*rows)]
+        return "\n".join([self._counted, *("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows)])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the same as a table."""
+        head = "".join(f"<th>{name}</th>" for name in _HEAD)
+        rows = "".join(f"<tr>{''.join(f'<td>{to_html(cell)}</td>' for cell in row)}</tr>" for row in self._rows)
+        return f"<div><p>{html.escape(self._counted)}</p><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
+
+    @property
+    def _counted(self) -> str:
+        error = f" Error of the answer: {to_plain(numbers.percent(self.error))}." if np.isfinite(self.error) else ""
+        return f"{self.state} {self.evaluations} evaluations, {self.failures} failed.{error}"
+
+
+_HEAD = ("parameter", "answer", f"{100 * PROBABILITY:.0f} % interval", "unit", "range", "informed by")
+
+
+def summarise(result: Record, emulated: Emulated | None) -> Summary:
+    """The summary of a result. emulated: what its emulators say, where it has some."""
+    theta, error = _answer(result)
+    interval = result.posterior.interval(PROBABILITY) if result.posterior is not None else None
+    informed = _informed_by(emulated) if emulated else None
+    space, found, rows = result.space, [], []
+    for k, shown in enumerate(parameters(space)):
+        ends = None if interval is None else (float(interval[0, k]), float(interval[1, k]))
+        span, by = (float(space.low[k]), float(space.high[k])), None if informed is None else informed[k]
+        answer = np.nan if theta is None else float(theta[k])
+        found.append(ParameterSummary(space.names[k], answer, ends, shown.unit, span, None if by is None else to_plain(by)))
+        within = "–" if ends is None else numbers.between(*ends)
+        rows.append((shown.label, _as_exact(answer, ends), within, shown.unit or "-", f"{numbers.short(span[0])} to {numbers.short(span[1])}", by or "–"))
+    return Summary(_state(result), result.evaluations, result.failures, error, tuple(found), tuple(rows))
+
+
+def _answer(result: Record) -> tuple[np.ndarray | None, float]:
+    """Its parameters (n,), and its error in percent."""
+    if answer := result.answer:
+        known = answer.errors[np.isfinite(answer.errors)]
+        return answer.theta, float(known.mean()) if known.size else np.nan
+    candidate = result.best if result.has_posterior else result.most_probable or result.best
+    return (candidate.theta, candidate.error) if candidate else (None, np.nan)
+
+
+def _state(result: Record) -> str:
+    if result.stopped_by is None:
+        return "Not at its end."
+    if result.calibration.method == POSTERIOR:
+        return "Settled." if result.settled else f"Not settled: stopped by {result.stopped_by}."
+    return f"Stopped by {result.stopped_by}."
+
+
+def _informed_by(emulated: Emulated) -> tuple[str | None, ...]:
+    """For each parameter, in markup."""
+    alone, several = emulated.alone, len(emulated.result.experiments) > 1
+    found = []
+    for k, left in enumerate(emulated.shrinkage):
+        if left > WEAKLY:
+            found.append("nothing")
+        elif not alone:
+            found.append(None)
+        else:
+            (number, name), least = min(((pair, by[k]) for pair, by in alone.items()), key=lambda each: each[1])
+            of = f"{emulated.result.experiments[number].name}: " if several else ""
+            found.append("all together" if least > WEAKLY else f"{of}{quantity(name).label}")
+    return tuple(found)
+
+
+def _as_exact(answer: float, ends: tuple[float, float] | None) -> str:
+    """To two digits of the interval's width, where there is one."""
+    if ends is None or not np.isfinite(answer) or ends[1] <= ends[0]:
+        return numbers.value(answer)
+    # The digits of the answer down to the second one of the width.
+    digits = 2 + int(np.floor(np.log10(max(abs(answer), ends[1] - ends[0])))) - int(np.floor(np.log10(ends[1] - ends[0])))
+    return numbers.value(answer, max(digits, 1))

@@ -1,0 +1,77 @@
+"""A campaign tells how it goes: to the standard logger, to a function of somebody's own, and by a live table."""
+
+import logging
+
+import pytest
+
+import graincal as gc
+
+from . import hyperbola
+
+ASKED = {"method": "iterative-bayesian", "alpha": 5, "seed": 3, "workers": 1, "stop": gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=2)}
+
+
+def calibrate(**options):
+    return gc.calibrate(hyperbola.model(), hyperbola.reference(), hyperbola.SPACE, **ASKED, **options)
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_what_the_log_says_goes_to_the_standard_logger(tmp_path, caplog, kept):
+    folder = tmp_path / "campaign" if kept else None
+    with caplog.at_level(logging.INFO, logger="graincal"):
+        result = calibrate(folder=folder)
+    lines = [record.getMessage() for record in caplog.records if record.name == "graincal"]
+    assert sum(line.startswith("Sample ") for line in lines) == result.evaluations
+    assert lines[-1].startswith("Stops by max_iterations.")
+    assert sum(record.levelno == logging.WARNING for record in caplog.records) == result.failures > 0
+    if kept:
+        # Behind the time.
+        assert [line.split(" ", 1)[1] for line in (folder / "log.txt").read_text().splitlines()] == lines
+
+
+def test_it_is_silent_by_default(capfd):
+    assert any(isinstance(handler, logging.NullHandler) for handler in logging.getLogger("graincal").handlers)
+    calibrate()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_function_is_given_every_step():
+    steps = []
+    result = calibrate(progress=steps.append)
+    ended, complete = [step for step in steps if not step.complete], [step for step in steps if step.complete]
+    assert [step.evaluations for step in ended] == list(range(1, result.evaluations + 1))
+    assert [step.number for step in complete] == [0, 1] and {step.round for step in steps} == {"iteration"}
+    assert sum(step.failed for step in complete) == result.failures
+    assert all(step.done == step.total for step in complete)
+    assert complete[-1].smallest_error == result.best.error and ended[0].seconds_left >= 0
+
+
+def test_what_the_function_raises_breaks_it_off_and_it_goes_on(tmp_path):
+    def tired(step):
+        if step.evaluations == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(folder=tmp_path / "campaign", progress=tired)
+    steps = []
+    result = gc.resume(tmp_path / "campaign", hyperbola.model(), progress=steps.append)
+    # What had ended beside the fourth is kept too.
+    assert 0 < steps[-1].evaluations <= result.evaluations - 4
+    assert (result.errors[~result.failed] == calibrate().errors[~result.failed]).all()
+
+
+def test_true_says_how_far_it_is(capsys):
+    calibrate(progress=True)
+    said = capsys.readouterr().out
+    assert "iteration 0" in said and "iteration 1" in said
+
+
+def test_a_library_tells_too(tmp_path):
+    steps = []
+    gc.explore(hyperbola.model(), hyperbola.SPACE, hyperbola.STRAIN, folder=tmp_path / "library", runs=5, workers=1, progress=steps.append)
+    assert [step.done for step in steps] == [1, 2, 3, 4, 5]
+
+
+def test_another_progress_is_refused():
+    with pytest.raises(gc.InputError, match="progress: True, False or a function"):
+        calibrate(progress="yes")
