@@ -234,7 +234,7 @@ def test_several_experiments_are_told_in_folders_of_their_names(call, tmp_path):
     write_curve(tmp_path / "told" / "notes" / "made on Monday.csv", respond(np.array([0.5, 0.5])))
     assert not call("tell", tmp_path / "campaign", tmp_path / "told").err
     shutil.copytree(tmp_path / "told" / "at 1 bar", tmp_path / "told" / "at 1 bsr")
-    assert "at 1 bsr: the files of an experiment lie in a folder of its name" in call("tell", tmp_path / "campaign", tmp_path / "told").err
+    assert "at 1 bsr: there is no experiment of this name" in call("tell", tmp_path / "campaign", tmp_path / "told").err
     assert 'there is no experiment "at 3 bar" (did you mean' in call("ask", tmp_path / "campaign", "--experiment", "at 3 bar").err
 
 
