@@ -79,6 +79,13 @@ def test_parameters_and_columns_may_have_other_names(call, tmp_path):
     np.testing.assert_allclose(known_of(tmp_path / "campaign").theta, THETA, rtol=1e-9)
 
 
+def test_curves_of_another_size_are_said(call, tmp_path):
+    file, runs = write_calibration(tmp_path, POSTERIOR, NO_CRITERIA), kept_runs(tmp_path)
+    called = call("import", "grainlearning", runs, file, "-o", tmp_path / "campaign", "--column", "volumetric_strain=volumetric_strain:%")
+    assert called.code == 0 and "The largest volumetric_strain of its runs is" in called.out and "another unit may be meant" in called.out
+    assert "The largest" not in call("import", "grainlearning", runs, file, "-o", tmp_path / "right").out
+
+
 def test_what_cannot_be_learnt_from_is_counted(call, tmp_path):
     runs = kept_runs(tmp_path, np.concatenate([THETA[:10], [[1.2, 0.1]]])) / "iter0"
     good = respond(THETA[1]) | dict(zip(SPACE.names, THETA[1]))
@@ -106,6 +113,7 @@ def test_outside_a_range_of_many_decades_is_by_the_logarithm(call, tmp_path):
         ([POSTERIOR, NO_CRITERIA, ("strength  = { range = [0, 1] }", "E = { range = [0, 1] }")], [], "it has no parameter E, and holds strength, dilatancy"),
         ([POSTERIOR, NO_CRITERIA, ("strength  = { range = [0, 1] }\n", "")], [], "its runs differ in strength, which the calibration does not have"),
         ([POSTERIOR, NO_CRITERIA], ["--column", "stress_ratio=q"], "has no 'q'"),
+        ([POSTERIOR, NO_CRITERIA], ["--column", "stress_ratio=q"], "; --column QUANTITY=COLUMN says which column is which quantity."),
         ([POSTERIOR, NO_CRITERIA], ["--column", "stress=q"], "--column names stress"),
         ([POSTERIOR, NO_CRITERIA], ["--parameter", "strength=open(1)"], "there is no function open"),
         ([POSTERIOR, NO_CRITERIA], ["--parameter", "strength"], "--parameter must be a parameter and an expression"),

@@ -27,6 +27,10 @@ _LEFT_OUT = {"incomplete": "shorter than the reference", "not_finite": "not fini
 """Why a curve says nothing, by the kind of failure that it is."""
 
 
+FAR_AWAY = 50.0
+"""A factor between runs and the reference that no parameters explain; units of strains differ by 100, those of stresses by 1,000."""
+
+
 def foreign_runs(folder: Path, calibration: Calibration, columns: Mapping[str, Column] | None = None, parameters: Mapping[str, str] | None = None) -> KnownRuns:
     """The runs in a folder of GrainLearning's that a calibration of the same model can learn from.
 
@@ -50,9 +54,24 @@ def foreign_runs(folder: Path, calibration: Calibration, columns: Mapping[str, C
             left_out[reason] = left_out.get(reason, 0) + 1
     if not gathered.theta:
         raise InputError(f"{folder}: none of its runs can be learnt from, {listed(left_out)}.")
+    said += _far_away(gathered, experiment, thinnings[0])
     but = f"; left out: {listed(left_out)}" if left_out else ""
     sentences = (f"Learns from {len(gathered.theta)} runs of {folder}, made for GrainLearning{but}.", *said, "That its model is the same is taken on trust.")
     return gathered.known_runs(calibration, thinnings, [" ".join(sentences)])
+
+
+def _far_away(gathered: Gathered, experiment: Experiment, thinning: Thinning) -> list[str]:
+    """What is said of observables whose curves are of another size than the reference's, as in another unit."""
+    found = [each[0] for each in gathered.responses if np.isfinite(each[0]).all()]
+    if not found:
+        return []
+    sizes = np.median(np.abs(found).max(axis=1), axis=0)
+    own = np.abs(thinning.kept.values).max(axis=0)
+    return [
+        f"The largest {name} of its runs is {size:.3g} on the median, and that of the reference {of_reference:.3g}: another unit may be meant, as by --column {name}=COLUMN:UNIT."
+        for name, size, of_reference in zip(experiment.reference.names, sizes, own)
+        if of_reference > 0 and not FAR_AWAY**-1 < size / of_reference < FAR_AWAY
+    ]
 
 
 def _single(calibration: Calibration) -> Experiment:
@@ -144,7 +163,7 @@ def _add(
     try:
         outcome = output.taken(of_named(columns, str(run.path)), reference.control_name, reference.control)
     except Unreadable as error:
-        raise InputError(str(error)) from None
+        raise InputError(f"{str(error).rstrip('.')}; --column QUANTITY=COLUMN says which column is which quantity.") from None
     if isinstance(outcome, Failure):
         return _LEFT_OUT.get(outcome.kind, outcome.kind)
     return add_run(gathered, theta, [outcome], [experiment], thinnings, [False])
