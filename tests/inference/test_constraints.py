@@ -246,7 +246,7 @@ def test_a_constraint_on_a_parameter_of_each_experiment_holds_in_each():
         ({"a": (0, 1)}, {"constraints": ["aa < 1"]}, 'constraint.require = "aa < 1" names aa, which is no parameter'),
         ({"a": (0, 1), "b": 2}, {"constraints": ["b < 1"]}, "names no parameter that has a range"),
         ({"a": (0, 1)}, {"constraints": ["a.real < 1"]}, "a point between names"),
-        ({"a": (0, 1)}, {"constraints": ["-" * 950 + "a < 1"]}, "has too many brackets or signs in one another|cannot be read"),
+        ({"a": (0, 1)}, {"constraints": ["-" * 950 + "a < 1"]}, "has too many brackets, signs or terms in one another|cannot be read"),
     ],
 )
 def test_what_cannot_be_is_said_in_one_sentence(ranges, options, said):

@@ -38,7 +38,7 @@ def test_what_overflows_is_infinite_and_what_is_undefined_is_not_a_number():
     "text",
     [
         "__import__('os').system('true')", "a.real", "a[0]", "(lambda: 1)()", "'text'", "f'{a}'", "[a]", "(a, b)", "{a}", "a := 1", "a; b", "import os", "sqrt", "sqrt(1, 2)", "min(1)",
-        "open(a)", "abs(a, key=b)", "a if b", "", "1j", "True", "a @ b", "a << b", "a is b", "a in b", "[x for x in a]", "1" * 400, "(" * 500 + "a" + ")" * 500, "a" * 3000, "a\x00",
+        "open(a)", "abs(a, key=b)", "a if b", "", "1j", "True", "a @ b", "a << b", "a is b", "a in b", "[x for x in a]", "1" * 400, "(" * 500 + "a" + ")" * 500, "a" * 3000, "a\x00", "-" * 600 + "a",
     ],
 )  # fmt: skip
 def test_anything_else_is_refused(text):
@@ -60,6 +60,13 @@ def test_anything_else_is_refused(text):
 def test_what_is_written_otherwise_in_other_languages_is_said(text, said):
     with pytest.raises(NotAnExpression, match=re.escape(said)):
         Expression(text)
+
+
+def test_what_is_read_can_be_computed_beneath_other_calls():
+    def beneath(calls):
+        return beneath(calls - 1) if calls else Expression("-" * 148 + "a")({"a": 1.0})
+
+    assert beneath(400) == 1
 
 
 def test_names_are_known_and_an_expression_can_be_sent():

@@ -18,6 +18,9 @@ Value = Any
 LONGEST = 2_000
 """Characters of an expression."""
 
+DEEPEST = 150
+"""Brackets, signs and terms of an expression within one another, which are computed one within another too."""
+
 FUNCTIONS: dict[str, Callable[..., Value]] = {
     "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10, "log2": np.log2,
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2,
@@ -82,6 +85,8 @@ def _parsed(text: str) -> ast.expr:
         raise NotAnExpression(f"it has {len(text)} characters, and at most {LONGEST:,} are allowed")
     try:
         found = ast.parse(text.strip(), mode="eval").body
+        if _depth(found) > DEEPEST:
+            raise NotAnExpression("it has too many brackets, signs or terms in one another")
         _check(found)
     except SyntaxError as error:
         raise NotAnExpression(f"it cannot be read ({error.msg}){_meant(text)}") from None
@@ -100,6 +105,14 @@ def _meant(text: str) -> str:
     if re.search("(?<![<>=!])=(?!=)", text):
         return "; a comparison such as < or == was expected in the place of ="
     return ""
+
+
+def _depth(node: ast.expr) -> int:
+    """How many nodes lie within one another at the most."""
+    depth, level = 0, [node]
+    while level:
+        depth, level = depth + 1, [inner for each in level for inner in ast.iter_child_nodes(each)]
+    return depth
 
 
 def _check(node: ast.expr) -> None:
