@@ -11,6 +11,7 @@ import sys
 import textwrap
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from uuid import uuid4
 
@@ -170,6 +171,12 @@ def test_a_program_that_is_killed_from_outside_is_run_again_three_times(tmp_path
 def test_a_program_that_is_not_there_is_named_with_the_path():
     found = outcome(model(command=("no-such-simulator",), environment={"PATH": "/here:/there"}))
     assert found.kind == "not_started" and "there is no program no-such-simulator in PATH, which is /here:/there" in found.reason
+
+
+def test_what_a_program_is_not_told_is_known():
+    told = model(command=("run", "{{ E }}", "{{ phi }}"), derived={"E": "10**log_E", "beside": "2 * nu"})
+    assert told.unread(("log_E", "phi", "nu"), [0.1]) == ["nu"]
+    assert replace(told, parameters_file="all.json").unread(("log_E", "phi", "nu"), [0.1]) == []
 
 
 def test_a_program_that_is_not_at_its_path_is_named():

@@ -49,10 +49,15 @@ def export(
 
 def _contact(program: str, result: Result, folder: Path, *, replace: bool) -> list[Path]:
     from graincal.campaign.found.export_contact import export_contact
+    from graincal.campaign.found.trust import has_settled
     from graincal.data import InputError
     from graincal.report.answer import answer_of, name_of_answer
 
     answer = answer_of(result)
     if answer is None:
         raise InputError(f"{result.folder}: all of its evaluations failed, so there is no answer to export.")
-    return export_contact(result, answer.theta, name_of_answer(result), program, folder, replace=replace)
+    called = name_of_answer(result)
+    if result.has_posterior and not has_settled(result):
+        say("The posterior has not settled: the answer may yet move.", err=True)
+        called = f"{called}, which may yet move (the posterior has not settled),"
+    return export_contact(result, answer.theta, called, program, folder, replace=replace)

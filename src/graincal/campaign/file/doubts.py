@@ -20,7 +20,7 @@ from graincal.inference.likelihood.thinning import Thinning
 from graincal.inference.posterior.posterior_filter import GROWTH
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
-from graincal.models import StressPathTest
+from graincal.models import CommandModel, StressPathTest
 from graincal.models.contact_laws import unusual_parameters
 from graincal.models.stress_path import unusual
 
@@ -46,12 +46,24 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         given = {name: (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)} | {name: (value,) for name, value in space.fixed.items()}
         unlikely = unusual_parameters({f"parameters.{name}": values for name, values in given.items()})
         said += [Doubt("unusual-parameter", sentence) for sentence in unlikely]
+    said += _unread_parameters(calibration)
     said += limit_doubts(calibration, calibration.blank_filter())
     said += _idle_workers(calibration)
     if calibration.place is None and calibration.number_of_workers > (cores := available_cores()):
         text = f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it."
         said.append(Doubt("more-workers-than-cores", text))
     return said
+
+
+def _unread_parameters(calibration: Calibration) -> list[Doubt]:
+    """Parameters that no experiment's program is told; other models take all, or refuse what they do not know."""
+    if not all(isinstance(experiment.model, CommandModel) for experiment in calibration.experiments):
+        return []
+    space = calibration.space.of_experiment(0)
+    unread = [*space.names, *space.fixed]
+    for experiment in calibration.experiments:
+        unread = [name for name in unread if name in experiment.model.unread((*space.names, *space.fixed), experiment.reference.control)]
+    return [Doubt("key-without-effect", f"the parameter {name} changes nothing: no program is told it.") for name in unread]
 
 
 def _idle_workers(calibration: Calibration) -> list[Doubt]:

@@ -76,6 +76,15 @@ class Inputs:
             if not source.exists():
                 raise InputError(f"link names {name}, and there is no {source}.")
 
+    def unread(self, parameters: Sequence[str]) -> list[str]:
+        """The parameters that nothing is filled in with."""
+        if self.parameters_file:
+            return []
+        named = {name for _, text, delimiters in self._texts() for name in find_undeclared_variables(_environment(delimiters, _line_end(text)).parse(text))}
+        for name, text in reversed(self.derived.items()):
+            named |= set(Expression(text).names) if name in named else set()
+        return [name for name in parameters if name not in named]
+
     def values(self, parameters: Mapping[str, float]) -> dict[str, float] | Failure:
         """The parameters and what is derived of them."""
         values = {name: float(value) for name, value in parameters.items()}

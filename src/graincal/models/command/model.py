@@ -93,6 +93,10 @@ class CommandModel(Model):
         work = self._work(samples.names, at)
         return [work.given(tuple(map(float, theta))) for theta in samples.theta]
 
+    def unread(self, parameters: Sequence[str], at: ArrayLike) -> list[str]:
+        """The parameters that the program is not told: neither by an argument nor by a file or the environment."""
+        return self._work(parameters, at).inputs.unread(parameters)
+
     def in_folder(self, folder: Path) -> CommandModel:
         """The same, whose evaluations keep their files there; what a killed process left of some is removed. Raises OSError."""
         folders = replace(self.folders, root=folder)
