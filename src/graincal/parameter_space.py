@@ -302,6 +302,7 @@ def _number(name: str, value: Real) -> float:
 
 def _check_range(name: str, limits: Any, scale: str) -> None:
     """Raise InputError for what is no range, or none of this scale."""
+    limits = list(limits) if isinstance(limits, tuple) else limits
     try:
         low, high = (float(limit) for limit in limits)
     except (TypeError, ValueError, OverflowError):

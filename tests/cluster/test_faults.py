@@ -31,7 +31,7 @@ def campaign(slurm, tmp_path):
     """A calibration under way on the cluster, with some evaluations done: its process and folder."""
     folder = tmp_path / "campaign"
     process = start(slurm.environment, "calibrate", write(tmp_path, SLURM, seconds=1), "-o", folder, "--quiet", quickly=False)
-    wait_until(lambda: evaluated(folder) >= 3, why="an evaluation")
+    wait_until(lambda: evaluated(folder) >= 3, seconds=240, why="an evaluation")
     yield process, folder
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
@@ -135,7 +135,7 @@ def test_the_node_is_drained_and_comes_back(slurm, campaign, answer):
 def test_a_job_comes_to_its_limit(slurm, tmp_path, answer):
     folder = tmp_path / "campaign"
     process = start(slurm.environment, "calibrate", write(tmp_path, SLURM, seconds=4), "-o", folder, "--quiet", quickly=False)
-    wait_until(lambda: evaluated(folder) >= 1, why="an evaluation")
+    wait_until(lambda: evaluated(folder) >= 1, seconds=240, why="an evaluation")
     (block,) = slurm.jobs("running")
     slurm.call("scontrol", "update", f"jobid={block}", "timelimit=1")
     took = wait_until(lambda: block not in slurm.jobs("running"), 180, "the end of the job")

@@ -16,12 +16,12 @@ def test_the_same_answer_as_on_this_machine_through_faults(slurm, tmp_path):
     file = write(tmp_path / "slurm", SLURM)
     folder = tmp_path / "campaign"
     process = start(slurm.environment, "calibrate", file, "-o", folder, "--quiet")
-    wait_until(lambda: evaluated(folder) >= 3, why="an evaluation")
+    wait_until(lambda: evaluated(folder) >= 3, seconds=240, why="an evaluation")
     (block,) = slurm.jobs("running")
     slurm.call("scancel", block)
     # The evaluations that were lost with the block run again in the one that takes its place.
     done = evaluated(folder)
-    wait_until(lambda: evaluated(folder) >= done + 8, why="a block in the place of the one that was cancelled")
+    wait_until(lambda: evaluated(folder) >= done + 8, seconds=240, why="a block in the place of the one that was cancelled")
     process.send_signal(signal.SIGKILL)
     process.wait()
     call(slurm.environment, "resume", folder, "--quiet")
