@@ -212,7 +212,7 @@ def test_a_calibration_file_says_it_by_keys(tmp_path, call):
         ("fixed = 0.5", "fixed = inf", "parameters.offset.fixed must be a number, not Infinity."),
         ("fixed = 0.5", "fixed = 0.5, range = [0, 1]", "parameters.offset.range says nothing of a parameter that is fixed, and fixed without range, or range without fixed, was expected."),
         ("strength > dilatancy", "strength > dilatency", 'constraint.require = "strength > dilatency" names dilatency, which is no parameter (did you mean "dilatancy"?)'),
-        ("offset = { fixed = 0.5 }", "offset = 0.5", "parameters.offset must be a table, { fixed = 0.5 } for a value that is known or { range = [low, high] }, not 0.5."),
+        ('offset = { fixed = 0.5, unit = "kPa" }', "offset = 0.5", "parameters.offset must be a table, { fixed = 0.5 } for a value that is known or { range = [low, high] }, not 0.5."),
         ("strength > dilatancy", "strength > 2", 'constraint.require = "strength > 2", "offset + strength < 1.25": of 1,048,576 points that fill the ranges none is left'),
         ("strength > dilatancy", "strength > 0", 'constraint.require = "strength > 0" holds all over the ranges'),
         ("strength > dilatancy", "strength", 'constraint.require = "strength" is no condition'),
