@@ -7,9 +7,10 @@ from graincal.lazily import exported
 if TYPE_CHECKING:
     from graincal.campaign.asked.calibration import Calibration
     from graincal.campaign.asked.experiment import Experiment
+    from graincal.campaign.found.answer import Answer, Candidate
     from graincal.campaign.found.comparison import compare
     from graincal.campaign.found.prediction import Prediction, predict
-    from graincal.campaign.found.record import Answer, Candidate, Record
+    from graincal.campaign.found.record import Record
     from graincal.campaign.found.remark import Remark
     from graincal.campaign.run.advice import Advice
     from graincal.campaign.run.advising import advise
@@ -35,7 +36,8 @@ __getattr__ = exported(
         "graincal.campaign.found.comparison": ["compare"],
         "graincal.campaign.found.prediction": ["Prediction", "predict"],
         "graincal.campaign.found.remark": ["Remark"],
-        "graincal.campaign.found.record": ["Answer", "Candidate", "Record"],
+        "graincal.campaign.found.answer": ["Answer", "Candidate"],
+        "graincal.campaign.found.record": ["Record"],
         "graincal.campaign.run.running": ["begin", "calibrate", "resume"],
         "graincal.campaign.run.steps": ["Step"],
         "graincal.campaign.stored.trouble": ["FolderError"],

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from graincal.campaign import Experiment
-from graincal.campaign.found.record import Candidate, Record
+from graincal.campaign.found.answer import Candidate
+from graincal.campaign.found.record import Record
 from graincal.data import Samples
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
-from graincal.campaign.found.record import Candidate, Record
+from graincal.campaign.found.answer import Candidate
+from graincal.campaign.found.record import Record
 from graincal.data import Failure, Response
 from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
 from graincal.drawing.palette import BEST, PREDICTED, REFERENCE

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from graincal.campaign.found.answer import Candidate
 from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.findings import FEW, Finding, effective_samples, find, legend, trade_offs
-from graincal.campaign.found.record import Candidate, Record
+from graincal.campaign.found.record import Record
 from graincal.campaign.found.recorded import in_words, recorded_of_answer
 from graincal.inference import sample_size_advice
 from graincal.inference.iterative.close_fits import close_fits

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Self
@@ -15,8 +15,8 @@ from threadpoolctl import threadpool_limits
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration, round_of
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
+from graincal.campaign.found.answer import Answer, Candidate
 from graincal.campaign.found.packings import TROUBLE
-from graincal.campaign.found.repeated import Repeated
 from graincal.campaign.found.replay import knowledge, runs_at_answer
 from graincal.campaign.stored.code import CHANGED
 from graincal.campaign.stored.database import said_of_damage
@@ -28,33 +28,6 @@ from graincal.inference.posterior.emulation import Emulation, Found
 from graincal.inference.posterior.knowledge import Knowledge
 from graincal.inference.posterior.likely_runs import LikelyRuns
 from graincal.interpolation import interpolate, within_reach
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """One of the samples: its id and iteration, theta (n,) and its error (Hartmann, Cheng, Thornton 2022, Eq. 6), in percent."""
-
-    sample: int
-    iteration: int
-    theta: NDArray[np.float64]
-    error: float
-
-    def __repr__(self) -> str:
-        return f"Candidate(sample {self.sample} of iteration {self.iteration}: theta {_listed(self.theta)}, error {self.error:.2f} %)"
-
-
-@dataclass(frozen=True, eq=False)
-class Answer(Repeated):
-    """Where the log likelihood expected is the largest (`Emulation.answer`), theta (n,), and the runs there that ended the campaign: ids (R,) and errors (R,), percent, Eq. 6, NaN for a failure."""
-
-    theta: NDArray[np.float64]
-    samples: NDArray[np.int64]
-    errors: NDArray[np.float64]
-
-    def __repr__(self) -> str:
-        known = self.errors[np.isfinite(self.errors)]
-        error = f", error {known.mean():.2f} % by {len(known)} runs" if known.size else ", not run yet"
-        return f"Answer(theta {_listed(self.theta)}{error})"
 
 
 class Record:
@@ -345,12 +318,6 @@ class Record:
                 attempts[rows[sample], experiment] = tries
                 seconds[rows[sample], experiment] = np.nan if took is None else took
         return seconds, attempts
-
-
-def _listed(theta: NDArray[np.float64]) -> str:
-    return ", ".join(f"{value:.4g}" for value in theta)
-
-
 def on_states(outcome: Response | Failure | None, states: NDArray[np.float64]) -> Response | Failure | None:
     """An outcome at the states (S,) of its model, or the first of them that it comes to: a curve that was told by hand may be on others, and is NaN where it does not reach as far."""
     if not isinstance(outcome, Response) or np.array_equal(outcome.control, states[: len(outcome.control)]):

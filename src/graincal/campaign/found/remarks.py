@@ -17,7 +17,8 @@ from graincal.notation.quantities import parameters
 from graincal.notation.words import continued, listed
 
 if TYPE_CHECKING:
-    from graincal.campaign.found.record import Answer, Record
+    from graincal.campaign.found.answer import Answer
+    from graincal.campaign.found.record import Record
 
 IDENTIFIED, WEAKLY = 0.3, 0.7
 """Posterior over prior standard deviation, below which a parameter is identified, and up to which weakly."""

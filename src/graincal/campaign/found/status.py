@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from graincal.campaign.found.answer import Answer, Candidate
 from graincal.campaign.found.by_hand import by_hand, waiting
-from graincal.campaign.found.record import Answer, Candidate, Record
+from graincal.campaign.found.record import Record
 from graincal.campaign.found.recorded import recorded_of_answer
 from graincal.campaign.found.remarks import remarks
 from graincal.campaign.found.replay import runs_at_answer
