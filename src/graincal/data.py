@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
@@ -49,6 +49,19 @@ class MeasurementError:
     def independent_variance(self) -> float:
         """Of one row: of the step and the noise."""
         return self.step**2 / 12 + self.noise**2
+
+
+def _checked_errors(given: Mapping[str, MeasurementError | float], names: Sequence[str]) -> dict[str, MeasurementError]:
+    """Measurement errors by observable. Raises InputError for one of no observable, and for a number that is not positive."""
+    errors = dict(given)
+    if unknown := set(errors) - set(names):
+        raise InputError(f"reference: measurement errors are given for {', '.join(sorted(unknown))}, the observables are {', '.join(names)}.")
+    for name, error in errors.items():
+        if not isinstance(error, MeasurementError):
+            if not (np.isfinite(error) and error > 0):
+                raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
+            errors[name] = MeasurementError(absolute=float(error))
+    return errors
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -123,14 +136,7 @@ class Reference:
                 raise InputError(f"reference: the variance share of {name} must be a positive number, not {share}.")
         if not (np.isfinite(control_step) and control_step >= 0):
             raise InputError(f"reference: the step of {control_name} must be a number, not negative, not {control_step}.")
-        errors = dict(measurement_errors or {})
-        if unknown := set(errors) - set(columns):
-            raise InputError(f"reference: measurement errors are given for {', '.join(sorted(unknown))}, the observables are {', '.join(columns)}.")
-        for name, error in errors.items():
-            if not isinstance(error, MeasurementError):
-                if not (np.isfinite(error) and error > 0):
-                    raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
-                errors[name] = MeasurementError(absolute=float(error))
+        errors = _checked_errors(measurement_errors or {}, tuple(columns))
         object.__setattr__(self, "control", control)
         object.__setattr__(self, "observables", MappingProxyType(columns))
         object.__setattr__(self, "recorded", MappingProxyType(beside))

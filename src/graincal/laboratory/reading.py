@@ -120,10 +120,9 @@ def read_test(
     table, chosen = choose_rows(table, stage, rows)
     shares = _observables(table.path, control, observables, recorded)
     wanted = (control, *shares, *recorded)
-    positive = {"confining_pressure": confining_pressure, "control_step": control_step, "until": until, "sample_volume": sample_volume, "sample_height": sample_height}
-    for key, number in positive.items():
-        refuse_not_positive(table.path, key, {"": number})
-    refuse_wrong_errors(table.path, measurement_errors or {}, shares)
+    _refuse_wrong_numbers(
+        table.path, shares, measurement_errors or {}, confining_pressure=confining_pressure, control_step=control_step, until=until, sample_volume=sample_volume, sample_height=sample_height
+    )
 
     conventions = Conventions(columns or {}, units or {}, strain, compression, sample_volume, sample_height)
     refuse_another_name(table, wanted[1:], conventions)
@@ -147,15 +146,14 @@ def read_test(
         at_pressure=tuple(name for name, source in sources.items() if source.at_pressure),
         turned=tuple(dict.fromkeys(column.quantity for column in found if conventions.is_reversed(column.quantity))),
         idle=tuple(cut) if compared.stop is None else (),
-        notes=(
-            *chosen,
-            *notes,
-            *cut,
-            *dropped,
-            *_conversions(sources, found, conventions),
-            *_open_measures({column.quantity: plain[column.key][compared] for column in found}, conventions),
-        ),
+        notes=(*chosen, *notes, *cut, *dropped, *_conversions(sources, found, conventions), *_open_measures({column.quantity: plain[column.key][compared] for column in found}, conventions)),
     )
+
+
+def _refuse_wrong_numbers(path: str, shares: Mapping[str, float | None], measurement_errors: Mapping[str, Any], **numbers: float | None) -> None:
+    for key, number in numbers.items():
+        refuse_not_positive(path, key, {"": number})
+    refuse_wrong_errors(path, measurement_errors, shares)
 
 
 def _columns(

@@ -155,15 +155,12 @@ def emulate(
     drawn = np.sum(evaluations.proposal >= 0)
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
 
-    def near_the_posterior(every: Sequence[NDArray[np.float64]]) -> tuple[float, ...]:
-        return tuple(float(np.sqrt(np.average(errors**2, weights=near))) for errors, near in zip(every, nearness))
-
     drawn_again = systematic_resampling(explored.weights, SAMPLES, rng)
     return Emulation(
         explored=explored,
         answer=best_fit(expected, space, np.concatenate([space.to_unit(explored.theta), unit]), impossible),
-        held_out=near_the_posterior([each.error for each in held_out]),
-        of_mean=near_the_posterior([each.of_mean for each in held_out]),
+        held_out=_averaged([each.error for each in held_out], nearness),
+        of_mean=_averaged([each.of_mean for each in held_out], nearness),
         coverage=float(np.mean([emulator.coverage for emulator in emulators])),
         weights=weights,
         pareto_k=pareto_k(log_weights),
@@ -179,6 +176,11 @@ def emulate(
         first_states=first_states,
         impossible=impossible,
     )
+
+
+def _averaged(every: Sequence[NDArray[np.float64]], nearness: Sequence[NDArray[np.float64]]) -> tuple[float, ...]:
+    """The root of the mean square of errors (M,), for each experiment, as near to the posterior as they are."""
+    return tuple(float(np.sqrt(np.average(errors**2, weights=near))) for errors, near in zip(every, nearness))
 
 
 def _likelihoods(references: Sequence[Reference], errors: Sequence[ErrorModel], scatters: Sequence[bool], emulators: Sequence[Emulator]) -> list[ReducedLikelihood]:
