@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.found.emulated import Emulated
@@ -75,7 +75,7 @@ def _residual(emulated: Emulated, number: int, covariance: NDArray[np.float64]) 
     else:
         emulator = emulated.emulation.emulators[number]
         mean = columns(emulator.curves(emulator.predict(result.space.to_unit(result.answer.theta[None]))[0], len(reference.names))[0])
-    white = solve_triangular(np.linalg.cholesky(covariance), columns(reference.values) - mean, lower=True)
+    white = scipy.linalg.solve_triangular(np.linalg.cholesky(covariance), columns(reference.values) - mean, lower=True)
     return float(np.sqrt(np.mean(white**2)))
 
 

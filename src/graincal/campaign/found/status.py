@@ -63,7 +63,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
     running, finished = is_running(folder), store.meta("stopped_by") is not None
     hand = by_hand(store.calibration)
     left = sum(len(waiting(store, number)) for number in hand)
-    counts, seconds = store.counts(), [took for *_, took in store.runs() if took is not None]
+    counts, (timed, seconds) = store.counts(), store.took()
     result = Record(store, store.calibration) if store.iterations() else None
     return {
         "folder": str(folder),
@@ -93,8 +93,8 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "remarks": [each.as_json() for each in (remarks(result) if result else (*changed_code(store.meta(CHANGED)), *accepted_problems(store.accepted)))],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
-        "seconds": sum(seconds),
-        "seconds_left": 0.0 if finished else _seconds_left(store, seconds),
+        "seconds": seconds,
+        "seconds_left": 0.0 if finished else _seconds_left(store, seconds / timed if timed else None),
     }
 
 
@@ -175,13 +175,13 @@ def _candidate(candidate: Candidate | None, space: ParameterSpace) -> dict[str, 
     return {"sample": candidate.sample, "iteration": candidate.iteration, "error": candidate.error, "theta": theta}
 
 
-def _seconds_left(store: Store, seconds: list[float]) -> float | None:
-    """The mean run time for each evaluation that waits, shared by the workers."""
+def _seconds_left(store: Store, mean: float | None) -> float | None:
+    """The mean run time, s, for each evaluation that waits, shared by the workers."""
     index = _earliest(store)
-    if index is None or not seconds:
+    if index is None or mean is None:
         return None
     waiting = sum(len(store.waiting(index, experiment)) for experiment in range(len(store.calibration.experiments)))
-    return float(np.mean(seconds)) * math.ceil(waiting / store.calibration.number_of_workers)
+    return mean * math.ceil(waiting / store.calibration.number_of_workers)
 
 
 def _number(value: float) -> float | None:

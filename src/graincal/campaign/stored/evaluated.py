@@ -115,6 +115,12 @@ class StoredEvaluations(StoredCalibration):
         return [(int(sample), int(experiment), int(attempts), None if seconds is None else float(seconds)) for sample, experiment, attempts, seconds in rows]
 
     @damage_is_said
+    def took(self) -> tuple[int, float]:
+        """How many evaluations say how long they took, and how many seconds these took together."""
+        count, seconds = self._rows("SELECT count(seconds), total(seconds) FROM evaluation")[0]
+        return int(count), float(seconds)
+
+    @damage_is_said
     def detail(self, name: str, experiment: int) -> dict[int, float | None]:
         """A detail of the evaluations in an experiment, by sample, such as "steps"; None where it is not known."""
         return dict(self._rows("SELECT sample, CASE WHEN json_valid(details) THEN json_extract(details, '$.' || ?) END FROM evaluation WHERE experiment = ?", name, experiment))

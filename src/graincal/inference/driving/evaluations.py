@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from graincal.data import ParameterSpace
 from graincal.inference.driving.batch import Batch
@@ -97,7 +97,7 @@ class Evaluations:
         asked = np.flatnonzero(counts)
         if not len(asked):
             return np.full(len(theta), -np.inf)
-        return logsumexp([self.proposals[k].log_density(theta) for k in asked], axis=0, b=counts[asked, None])
+        return scipy.special.logsumexp([self.proposals[k].log_density(theta) for k in asked], axis=0, b=counts[asked, None])
 
     def log_weights(self, log_likelihood: NDArray[np.float64], counted: NDArray[np.bool_]) -> NDArray[np.float64]:
         """log w (N,) for log likelihoods (N,): against all densities that the `counted` samples were drawn from, as many as each of them is of.

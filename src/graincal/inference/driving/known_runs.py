@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from graincal.data import InputError, ParameterSpace, Reference
 from graincal.inference.sampling.proposal import places
@@ -46,8 +46,8 @@ def uncovered(points: NDArray[np.float64], known: NDArray[np.float64], least: in
     """Which of points (M, n) that fill the unit cube have none of the known ones (N, n) near them, in their order; at least so many, those the farthest from all."""
     if not len(known):
         return np.arange(len(points))
-    apart, _ = cKDTree(known).query(points)
-    neighbours, _ = cKDTree(points).query(points, k=2)
+    apart, _ = scipy.spatial.cKDTree(known).query(points)
+    neighbours, _ = scipy.spatial.cKDTree(points).query(points, k=2)
     far = apart > NEAR * np.median(neighbours[:, 1])
     far[np.argsort(-apart, kind="stable")[:least]] = True
     return np.flatnonzero(far)

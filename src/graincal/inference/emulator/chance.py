@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import log_ndtr, ndtr
 
 from graincal.inference.emulator.process import Kernel, Process
 
@@ -33,11 +33,11 @@ class Chance:
 
     def of(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The chance (M,) at points (M, n)."""
-        return ndtr(self._above(unit))
+        return scipy.special.ndtr(self._above(unit))
 
     def log_of_none(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The log of the probability (M,) that an evaluation at points (M, n) is not marked."""
-        return log_ndtr(-self._above(unit))
+        return scipy.special.log_ndtr(-self._above(unit))
 
     def _above(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """How many standard deviations a label is above a half."""

@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve
-from scipy.linalg.lapack import dpotrf, dpotri, dtrtri
-from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 
 # Added to the diagonal, so that a covariance of nearly equal points can be factored.
@@ -58,7 +56,7 @@ class Process:
             self.kernel = known or _most_probable(self._unit[judges], self.values[judges], start)
             factor = _Factor(self.kernel, self._unit)
             self._solved = factor.solve(self.values)
-            self._inverse = dtrtri(factor.lower, lower=1)[0]
+            self._inverse = scipy.linalg.lapack.dtrtri(factor.lower, lower=1)[0]
 
     @property
     def nugget(self) -> float:
@@ -78,7 +76,7 @@ class Process:
         covariance = self.kernel.covariance(unit, unit) - explained @ explained.T
         # Of points near to values that are known, or to one another, it is not positive definite but for roundings.
         covariance[np.diag_indices(len(unit))] += ROUNDING * self.kernel.variance
-        lower, failed = dpotrf(covariance, lower=1, clean=1)
+        lower, failed = scipy.linalg.lapack.dpotrf(covariance, lower=1, clean=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of what values may be is not positive definite")
         return rng.standard_normal((count, len(unit))) @ lower.T
@@ -114,18 +112,18 @@ class _Factor:
         self.without_nugget = (kernel.variance * (1 + self.distances)) * np.exp(-self.distances)
         covariance = self.without_nugget.copy()
         covariance[np.diag_indices(len(unit))] = kernel.variance + kernel.nugget + JITTER
-        self.lower, failed = dpotrf(covariance, lower=1, clean=1)
+        self.lower, failed = scipy.linalg.lapack.dpotrf(covariance, lower=1, clean=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of a process is not positive definite")
 
     def solve(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return cho_solve((self.lower, True), values, check_finite=False)
+        return scipy.linalg.cho_solve((self.lower, True), values, check_finite=False)
 
     def surprise(self, values: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         """Less the log likelihood of the values, but for a constant, and twice its slope by the covariance, (N, N): K⁻¹ - K⁻¹ y yᵀ K⁻¹. Source: Rasmussen and Williams (2006),
         Eq. 5.9."""
         solved = self.solve(values)
-        below = dpotri(self.lower, lower=1)[0]
+        below = scipy.linalg.lapack.dpotri(self.lower, lower=1)[0]
         inverse = np.tril(below) + np.tril(below, -1).T
         return float(0.5 * values @ solved + np.log(np.diag(self.lower)).sum()), inverse - np.outer(solved, solved)
 
@@ -151,5 +149,5 @@ def _most_probable(unit: NDArray[np.float64], values: NDArray[np.float64], start
         away = (logs - middle) / width
         return value + 0.5 * away @ away, slope + away / width
 
-    found = minimize(surprise, np.log(first), jac=True, method="L-BFGS-B", bounds=[tuple(each) for each in ends], options={"maxiter": 100})
+    found = scipy.optimize.minimize(surprise, np.log(first), jac=True, method="L-BFGS-B", bounds=[tuple(each) for each in ends], options={"maxiter": 100})
     return kernel(found.x)

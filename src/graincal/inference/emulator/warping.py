@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from graincal.inference.emulator.process import Process
 
@@ -40,4 +40,4 @@ def even_powers(processes: Sequence[Process], unit: NDArray[np.float64], start: 
         return total, slope
 
     bounds = [(-MOST_LOG_POWER, MOST_LOG_POWER)] * len(start)
-    return np.exp(minimize(surprise, np.log(start), jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15}).x)
+    return np.exp(scipy.optimize.minimize(surprise, np.log(start), jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 15}).x)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+import scipy
 
 from graincal.inference import Iteration
 
@@ -38,5 +38,5 @@ def narrowing_by_chance(iterations: Sequence[Iteration]) -> float:
 def _normal_within_range(mean: np.ndarray, deviation: np.ndarray, probabilities: np.ndarray) -> np.ndarray:
     """Values (R, N) at the probabilities (R, N) of normal distributions (R,) that end at 0 and 1."""
     scale = np.maximum(deviation, 1e-12)[:, None]
-    below, above = ndtr(-mean[:, None] / scale), ndtr((1 - mean[:, None]) / scale)
-    return np.clip(mean[:, None] + scale * ndtri(below + probabilities * (above - below)), 0, 1)
+    below, above = scipy.special.ndtr(-mean[:, None] / scale), scipy.special.ndtr((1 - mean[:, None]) / scale)
+    return np.clip(mean[:, None] + scale * scipy.special.ndtri(below + probabilities * (above - below)), 0, 1)

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
-from scipy.special import logsumexp
 
 from graincal.data import Reference
 from graincal.inference.likelihood.error_model import ErrorModel
@@ -45,7 +44,7 @@ class FirstStates:
         self._log_prior = errors.log_prior
         own = [self._by_states(covariance + added) for covariance in errors.covariances]
         factors = [np.linalg.cholesky(covariance + self._by_states(simulator)) for covariance in own]
-        self._whitening = np.array([solve_triangular(factor, np.eye(len(factor)), lower=True) for factor in factors])
+        self._whitening = np.array([scipy.linalg.solve_triangular(factor, np.eye(len(factor)), lower=True) for factor in factors])
         # The larger density of the two, so that it remains a bound.
         self._largest = np.array([-np.log(np.diag(np.linalg.cholesky(covariance))).sum() for covariance in own])
         self._largest -= 0.5 * values.size * np.log(2 * np.pi)
@@ -53,7 +52,7 @@ class FirstStates:
     @property
     def largest(self) -> float:
         """Of a response of which nothing is known."""
-        return float(logsumexp(self._largest + self._log_prior))
+        return float(scipy.special.logsumexp(self._largest + self._log_prior))
 
     def whole_segments(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Those of the first states (t, J) that are of segments which are whole."""
@@ -66,7 +65,7 @@ class FirstStates:
         residual = self._values[: states.size] - states.ravel()
         # Not by linear algebra of several threads, whose last digits depend on their number: what is stopped must not.
         white = np.einsum("hij,j->hi", self._whitening[:, : states.size, : states.size], residual)
-        return float(logsumexp(self._largest - 0.5 * np.sum(white**2, axis=1) + self._log_prior))
+        return float(scipy.special.logsumexp(self._largest - 0.5 * np.sum(white**2, axis=1) + self._log_prior))
 
     def _by_states(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
         return covariance[np.ix_(self._order, self._order)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from graincal.data import InputError, MeasurementError, Reference
 from graincal.inference.likelihood.packings import FACTORS, PackingScatter
@@ -77,12 +77,12 @@ def error_model(
     of_devices, independent, peaks = _device_variances(whole), _independent_variances(whole), _peaks(whole)
     sizes, size_prior = discrepancies(reference if isinstance(reference, Reference) else whole, discrepancy)
     lack = thinning.smoothly_alike(DISCREPANCY_LENGTH * extent)
-    lack = block_diag(*(peak**2 * lack for peak in peaks))
+    lack = scipy.linalg.block_diag(*(peak**2 * lack for peak in peaks))
     factors, factor_prior = packings.factors if packings else ((0.0,), (1.0,))
     between = counted * packings.covariance if packings else np.zeros_like(lack)
     lengths = CORRELATION_LENGTHS if correlation_length is None else (correlation_length,)
     measured = [
-        block_diag(
+        scipy.linalg.block_diag(
             *(
                 thinning.alike(np.sqrt(variance), length * extent) + np.diag(thinning.variances(own) + (FLOOR * peak) ** 2)
                 for variance, own, peak in zip(of_devices.T, independent.T, peaks)

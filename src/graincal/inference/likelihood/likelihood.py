@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.special import logsumexp
 
 from graincal.data import Reference
 from graincal.inference.likelihood.error_model import ErrorModel
@@ -21,14 +20,14 @@ def log_likelihood(responses: NDArray[np.float64], reference: Reference, errors:
     logs = np.full((len(residuals), errors.size), -np.inf)
     for h, covariance in enumerate(errors.covariances):
         factor = np.linalg.cholesky(covariance)
-        white = solve_triangular(factor, residuals[finite].T, lower=True)
+        white = scipy.linalg.solve_triangular(factor, residuals[finite].T, lower=True)
         logs[finite, h] = -0.5 * np.sum(white**2, axis=0) - np.log(np.diag(factor)).sum() - 0.5 * len(factor) * np.log(2 * np.pi)
     return logs
 
 
 def marginal(logs: NDArray[np.float64], log_prior: NDArray[np.float64]) -> NDArray[np.float64]:
     """log p(y | x), (N,), hypotheses (N, H) weighed by their prior."""
-    return logsumexp(logs + log_prior, axis=1)
+    return scipy.special.logsumexp(logs + log_prior, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +51,8 @@ class ReducedLikelihood:
         residual = columns(reference.values) - centre
         constant, slope, curvature = [], [], []
         for covariance in errors.covariances:
-            factor = cho_factor(covariance + added, lower=True)
-            solved = cho_solve(factor, np.column_stack([residual, basis]))
+            factor = scipy.linalg.cho_factor(covariance + added, lower=True)
+            solved = scipy.linalg.cho_solve(factor, np.column_stack([residual, basis]))
             constant.append(-0.5 * residual @ solved[:, 0] - np.log(np.diag(factor[0])).sum() - 0.5 * len(residual) * np.log(2 * np.pi))
             slope.append(basis.T @ solved[:, 0])
             curvature.append(basis.T @ solved[:, 1:])
@@ -81,7 +80,7 @@ class ReducedLikelihood:
     def exact(self, components: NDArray[np.float64]) -> NDArray[np.float64]:
         """log p(y | z), (...), of components (..., q) that are known."""
         logs = [constant + components @ slope - 0.5 * np.sum(components @ curvature * components, axis=-1) for constant, slope, curvature in zip(self.constant, self.slope, self.curvature)]
-        return logsumexp(np.stack(logs, axis=-1) + self.log_prior, axis=-1)
+        return scipy.special.logsumexp(np.stack(logs, axis=-1) + self.log_prior, axis=-1)
 
     def __call__(self, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
         """log p(y | z), (N,), over all hypotheses."""

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.special import logsumexp
 
 from graincal.data import Reference
 from graincal.inference.driving.evaluations import Evaluations
@@ -32,7 +31,7 @@ class Weighed:
     @property
     def effective_samples(self) -> float:
         """Under the likelihood itself, as a number of evaluations."""
-        return float(np.exp(-logsumexp(2 * (self.log_weights - logsumexp(self.log_weights)))))
+        return float(np.exp(-scipy.special.logsumexp(2 * (self.log_weights - scipy.special.logsumexp(self.log_weights)))))
 
     @property
     def pareto_k(self) -> float:
@@ -69,10 +68,10 @@ def weigh_directly(
 
     def excess(log_power: float) -> float:
         at = tempered(np.exp(log_power))[carrying]
-        return np.exp(2 * logsumexp(at) - logsumexp(2 * at)) - effective
+        return np.exp(2 * scipy.special.logsumexp(at) - scipy.special.logsumexp(2 * at)) - effective
 
     power = 1.0
     if excess(0.0) < 0:
-        power = float(np.exp(brentq(excess, -40, 0, xtol=1e-3))) if excess(-40.0) > 0 else 0.0
+        power = float(np.exp(scipy.optimize.brentq(excess, -40, 0, xtol=1e-3))) if excess(-40.0) > 0 else 0.0
     whole = tempered(1.0)
     return Weighed(normalised(tempered(power)), power, whole, log_evidence(whole[carrying], asked))

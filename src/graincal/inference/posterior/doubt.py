@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from graincal.inference.emulator.emulator import Emulator
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
@@ -58,7 +58,7 @@ def doubt(
         known += likelihood(*emulator.predict(unit))
     # The samples have the density prior times expected likelihood / evidence.
     relative = logs - known
-    weights = np.exp(relative - logsumexp(relative, axis=1)[:, None])
+    weights = np.exp(relative - scipy.special.logsumexp(relative, axis=1)[:, None])
     means, middle, spread = weights @ unit, unit.mean(axis=0), unit.std(axis=0)
     # Where a draw leaves one sample alone, its spread is none that can be told.
     spreads = np.sqrt(np.maximum(weights @ unit**2 - means**2, (LEAST_SPREAD * spread) ** 2))
@@ -68,7 +68,7 @@ def doubt(
     widths = np.array([_width(column, weights) for column in unit.T]).T
     own = np.array([_width(column, np.full((1, len(unit)), 1 / len(unit)))[0] for column in unit.T])
     other = np.log(np.maximum(widths, LEAST_SPREAD * own) / own)
-    return Doubt(_usual((means - middle) / wider, sampling / wider**2), _usual(other, np.zeros(1)), log_evidence + logsumexp(relative, axis=1) - np.log(len(unit)))
+    return Doubt(_usual((means - middle) / wider, sampling / wider**2), _usual(other, np.zeros(1)), log_evidence + scipy.special.logsumexp(relative, axis=1) - np.log(len(unit)))
 
 
 def _width(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:

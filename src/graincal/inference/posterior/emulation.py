@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from graincal.data import Reference
 from graincal.inference.driving.evaluations import Evaluations
@@ -292,6 +292,6 @@ def _nearness(responses: NDArray[np.float64], reference: Reference, errors: Erro
         weights = np.exp(np.exp(log_power) * logs)
         return weights.sum() ** 2 / np.sum(weights**2) - enough
 
-    power = 1.0 if excess(0.0) > 0 else np.exp(brentq(excess, -60, 0, xtol=1e-3))
+    power = 1.0 if excess(0.0) > 0 else np.exp(scipy.optimize.brentq(excess, -60, 0, xtol=1e-3))
     weights = np.exp(power * logs)
     return weights / weights.sum()

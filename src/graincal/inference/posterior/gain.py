@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 from threadpoolctl import threadpool_limits
 
 from graincal.data import Reference
@@ -99,7 +99,7 @@ def expected_gain(
             for error, (number, row) in itertools.product(range(ERRORS), enumerate(rows)):
                 likelihood = ReducedLikelihood.of(_with_values(reference, data[error, row]), errors, emulator.centre, emulator.basis, added)
                 logs, (of_truth,) = likelihood(*predicted), likelihood(*(each[[number]] for each in own))
-                evidence = logsumexp(logs)
+                evidence = scipy.special.logsumexp(logs)
                 information[error, row] = of_truth - evidence + np.log(len(samples))
                 weights = np.exp(logs - evidence)
                 effective[error, row] = 1 / np.sum(weights**2)
@@ -124,7 +124,7 @@ def _emulators(
 
 def _errors(errors: ErrorModel, shape: tuple[int, ...], rng: np.random.Generator) -> NDArray[np.float64]:
     """Errors that data may have, (*shape, J T): each under a hypothesis drawn by its probability."""
-    hypotheses = rng.choice(errors.size, size=shape, p=np.exp(errors.log_prior - logsumexp(errors.log_prior)))
+    hypotheses = rng.choice(errors.size, size=shape, p=np.exp(errors.log_prior - scipy.special.logsumexp(errors.log_prior)))
     factors = np.linalg.cholesky(errors.covariances)
     return np.einsum("...ij,...j->...i", factors[hypotheses], rng.standard_normal((*shape, factors.shape[-1])))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from graincal.inference.posterior.emulation import Emulation
 
@@ -55,6 +55,6 @@ class Settling:
         """Fresh runs at points (M, n), some of them infeasible (M,), were learnt from, and moved the posterior by `shift`: whether they fit as it said."""
         changed = emulation.log_likelihood(unit) - self._fresh[1].log_likelihood(unit)
         changed = np.where(infeasible, -np.inf, changed)
-        self.confirmed = float(np.exp(logsumexp(changed) - np.log(len(changed))))
+        self.confirmed = float(np.exp(scipy.special.logsumexp(changed) - np.log(len(changed))))
         self._fresh, self._tried = None, True
         self.settled = self.calm(emulation) and shift <= MOVED * (self._enough or 0) and CONFIRMED[0] <= self.confirmed <= CONFIRMED[1]

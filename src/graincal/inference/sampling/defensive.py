@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from graincal.data import ParameterSpace
 from graincal.inference.sampling.proposal import LEAST_MASS, ProposalOutsideBox, TruncatedMixture, fit_mixture, places
@@ -90,7 +90,7 @@ class DefensiveMixture:
             for _ in range(100):
                 drawn = sequence.random(max(64, int(np.ceil(count / mass))))
                 component = np.minimum(np.searchsorted(bounds, drawn[:, 0], side="right") - 1, len(factors) - 1)
-                normal = ndtri(np.clip(drawn[:, 1:], 1e-12, 1 - 1e-12))
+                normal = scipy.special.ndtri(np.clip(drawn[:, 1:], 1e-12, 1 - 1e-12))
                 unit = np.where(
                     (component < 0)[:, None], drawn[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal)
                 )

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from graincal.data import ParameterSpace
 from graincal.inference.sampling.defensive import DefensiveMixture
@@ -150,7 +150,7 @@ def _tempered(space: ParameterSpace, samples: list[TemperedSample], proposal: De
         space.from_unit(np.concatenate([sample.unit for sample in samples])),
         np.repeat(evidences, [len(sample.unit) for sample in samples]),
         np.concatenate([sample.log_likelihood for sample in samples]),
-        float(logsumexp(evidences) - np.log(len(evidences))),
+        float(scipy.special.logsumexp(evidences) - np.log(len(evidences))),
         float(abs(evidences[0] - evidences[1]) / 2),
         proposal,
         tempered=True,

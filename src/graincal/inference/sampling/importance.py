@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 
 def log_importance_weights(log_target: NDArray[np.float64], log_proposals: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -15,17 +15,17 @@ def log_importance_weights(log_target: NDArray[np.float64], log_proposals: NDArr
     and Guibas (1995), Owen and Zhou (2000).
     """
     shares = counts / counts.sum()
-    return log_target - logsumexp(log_proposals, axis=0, b=shares[:, None])
+    return log_target - scipy.special.logsumexp(log_proposals, axis=0, b=shares[:, None])
 
 
 def normalised(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """The weights (N,) that sum to 1."""
-    return np.exp(log_weights - logsumexp(log_weights))
+    return np.exp(log_weights - scipy.special.logsumexp(log_weights))
 
 
 def log_evidence(log_weights: NDArray[np.float64], asked: int) -> float:
     """The log of the mean weight: of the integral of prior times likelihood."""
-    return float(logsumexp(log_weights) - np.log(asked))
+    return float(scipy.special.logsumexp(log_weights) - np.log(asked))
 
 
 def pareto_k(log_weights: NDArray[np.float64]) -> float:

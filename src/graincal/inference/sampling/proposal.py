@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
-from scipy.special import logsumexp, ndtr, ndtri
 from threadpoolctl import threadpool_limits
 
 from graincal.data import ParameterSpace
@@ -67,9 +66,9 @@ class TruncatedMixture:
         unit = np.atleast_2d(self.space.to_unit(theta))
         logs = []
         for mean, factor in zip(self.means, np.linalg.cholesky(self.covariances)):
-            z = (unit - mean) @ solve_triangular(factor, np.eye(len(mean)), lower=True).T
+            z = (unit - mean) @ scipy.linalg.solve_triangular(factor, np.eye(len(mean)), lower=True).T
             logs.append(-0.5 * np.einsum("mi,mi->m", z, z) - np.log(np.diag(factor)).sum() - 0.5 * len(mean) * np.log(2 * np.pi))
-        inside = logsumexp(np.array(logs), axis=0, b=self.weights[:, None])
+        inside = scipy.special.logsumexp(np.array(logs), axis=0, b=self.weights[:, None])
         return np.where(self.space.contains(theta), inside - np.log(self.mass) - self.space.log_box_volume, -np.inf)
 
     def draw(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -176,11 +175,11 @@ def _in_cube(mean: NDArray[np.float64], factor: NDArray[np.float64], uniform: ND
     mass = np.ones(len(uniform))
     for i in range(size):
         centre = mean[i] + z[:, :i] @ factor[i, :i]
-        below, above = ndtr(-centre / factor[i, i]), ndtr((1 - centre) / factor[i, i])
+        below, above = scipy.special.ndtr(-centre / factor[i, i]), scipy.special.ndtr((1 - centre) / factor[i, i])
         mass *= above - below
         inner = below + uniform[:, i] * (above - below)
         # Far in a tail both ends round to 0 or 1, whose quantiles are infinite; the mass there is zero whatever stands in z.
-        z[:, i] = ndtri(np.clip(inner, 1e-300, 1 - 1e-16))
+        z[:, i] = scipy.special.ndtri(np.clip(inner, 1e-300, 1 - 1e-16))
     return mass, mean + z @ factor.T
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import binom
 
 # Sets of uniform ranks that a band is adjusted on: its probability is known to a tenth of itself where one set in a hundred leaves it.
 SIMULATED = 20_000
@@ -51,7 +51,7 @@ class UniformBand:
     @property
     def edges(self) -> NDArray[np.float64]:
         """The least and the largest part of ranks below 1, 2, ..., draws that is within: (2, draws)."""
-        return np.array([binom.ppf(level, self.count, self.below) for level in (self.depth / 2, 1 - self.depth / 2)]) / self.count
+        return np.array([scipy.stats.binom.ppf(level, self.count, self.below) for level in (self.depth / 2, 1 - self.depth / 2)]) / self.count
 
     def distribution(self, ranks: NDArray[np.int64]) -> NDArray[np.float64]:
         """The part (draws,) of ranks (count,) below 1, 2, ..., draws."""
@@ -73,7 +73,7 @@ def _below(ranks: NDArray[np.int64], draws: int) -> NDArray[np.int64]:
 def _tails(count: int, draws: int) -> NDArray[np.float64]:
     """Twice the smaller tail probability of 0 to count ranks below 1, 2, ..., draws: (draws, count + 1)."""
     below, counts = np.arange(1, draws + 1)[:, None] / (draws + 1), np.arange(count + 1)
-    return 2 * np.minimum(binom.cdf(counts, count, below), binom.sf(counts - 1, count, below))
+    return 2 * np.minimum(scipy.stats.binom.cdf(counts, count, below), scipy.stats.binom.sf(counts - 1, count, below))
 
 
 def _depth(ranks: NDArray[np.int64], draws: int, tails: NDArray[np.float64]) -> float:

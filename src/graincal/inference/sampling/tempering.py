@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.special import logsumexp
 
 from graincal.data import ParameterSpace
 from graincal.inference.sampling.proposal import systematic_resampling
@@ -59,8 +58,8 @@ def temper(
         if reached < WIDE_POWER * power < reached + step:
             step = WIDE_POWER * power - reached
         increments = step * logs
-        evidence += logsumexp(increments) - np.log(count)
-        rows = systematic_resampling(np.exp(increments - logsumexp(increments)), count, rng)
+        evidence += scipy.special.logsumexp(increments) - np.log(count)
+        rows = systematic_resampling(np.exp(increments - scipy.special.logsumexp(increments)), count, rng)
         # The halves are drawn anew each time, so that copies of one sample do not all stand in one.
         rows = rng.permutation(rows)
         unit, logs = unit[rows], logs[rows]
@@ -77,12 +76,12 @@ def _next_step(logs: NDArray[np.float64], most: float) -> float:
 
     def excess(log_step: float) -> float:
         increments = np.exp(log_step) * logs
-        size = np.exp(2 * logsumexp(increments) - logsumexp(2 * increments)) / len(logs)
+        size = np.exp(2 * scipy.special.logsumexp(increments) - scipy.special.logsumexp(2 * increments)) / len(logs)
         return size - EFFECTIVE
 
     if excess(np.log(most)) >= 0:
         return most
-    return float(np.exp(brentq(excess, np.log(most) - 60, np.log(most), xtol=1e-3)))
+    return float(np.exp(scipy.optimize.brentq(excess, np.log(most) - 60, np.log(most), xtol=1e-3)))
 
 
 def _move(

@@ -8,9 +8,8 @@ Weights live in logs with the largest taken off: samples that are all far from t
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.special import logsumexp
 
 from graincal.data import InputError, Reference
 
@@ -70,7 +69,7 @@ def log_weights(misfits: NDArray[np.float64], s: float) -> NDArray[np.float64]:
     """
     so_far = np.cumsum(misfits, axis=1).T
     logs = -(so_far - so_far.min(axis=1, keepdims=True)) / (2 * s)
-    return logs - logsumexp(logs, axis=1, keepdims=True)
+    return logs - scipy.special.logsumexp(logs, axis=1, keepdims=True)
 
 
 def solve_s(misfits: NDArray[np.float64], target: float) -> float:
@@ -108,4 +107,4 @@ def solve_s(misfits: NDArray[np.float64], target: float) -> float:
     slack = np.log(valid / wanted) / 4
     lower = log_half_gap[gap > 0].min() - np.log(1000)
     upper = log_half_gap.max() - np.log(slack)
-    return float(np.exp(brentq(excess, lower, upper, xtol=1e-13, rtol=1e-15, maxiter=1000)))
+    return float(np.exp(scipy.optimize.brentq(excess, lower, upper, xtol=1e-13, rtol=1e-15, maxiter=1000)))
