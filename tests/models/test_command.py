@@ -78,7 +78,7 @@ def test_a_derived_value_that_overflows_is_a_failure():
 
 
 def test_a_template_sees_values_and_nothing_else(tmp_path):
-    for text in ("{{ a.__class__.__mro__ }}", "{% include 'other' %}", "{{ 1 / 0 }}", "{{ a.append(1) }}"):
+    for text in ("{{ a.__class__.__mro__ }}", "{% include 'other' %}", "{{ 1 / 0 }}", "{{ a.append(1) }}", "{{ 9 ** (9 ** 9) }}", "{{ 'a' * 99999999999 }}"):
         (tmp_path / "t").write_text(text)
         found = outcome(model(templates={"case.in": "t"}, folder=tmp_path))
         assert found.kind == "not_started" and found.reason.startswith("template case.in could not be filled in")

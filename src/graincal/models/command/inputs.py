@@ -9,11 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from jinja2 import StrictUndefined, Template, TemplateError, TemplateSyntaxError
+from jinja2 import StrictUndefined, Template, TemplateError, TemplateRuntimeError, TemplateSyntaxError
 from jinja2.meta import find_undeclared_variables
+from jinja2.runtime import Context
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from graincal.data import Failure, InputError
@@ -130,12 +131,26 @@ def _refuse_unknown(place: str, names: Sequence[str], known: Sequence[str]) -> N
         raise InputError(f"{place} names {unknown[0]}{did_you_mean(unknown[0], known)}, which is no parameter and not derived, and some of {', '.join(known)} were expected.")
 
 
+class _Environment(ImmutableSandboxedEnvironment):
+    """The sandbox, in which no number and no text grows without end."""
+
+    intercepted_binops = frozenset(["**", "*"])
+
+    def call_binop(self, context: Context, operator: str, left: Any, right: Any) -> Any:
+        if not isinstance(left, (int, float)) or not isinstance(right, (int, float)):
+            raise TemplateRuntimeError(f"only numbers can stand beside {operator}")
+        if operator == "*":
+            return left * right
+        power = float(left) ** float(right)
+        return int(power) if isinstance(left, int) and isinstance(right, int) and abs(power) < 2**53 and power.is_integer() else power
+
+
 @lru_cache(maxsize=100)
 def _environment(delimiters: tuple[str, str], line_end: Literal["\n", "\r\n"]) -> ImmutableSandboxedEnvironment:
     """How templates are filled in: they see values alone, and load nothing."""
     begin, end = delimiters
     others = {} if delimiters == BRACES else {"block_start_string": f"{begin}%", "block_end_string": f"%{end}", "comment_start_string": f"{begin}#", "comment_end_string": f"#{end}"}
-    return ImmutableSandboxedEnvironment(
+    return _Environment(
         variable_start_string=begin, variable_end_string=end, undefined=StrictUndefined, keep_trailing_newline=True, newline_sequence=line_end, loader=None, **others
     )
 
