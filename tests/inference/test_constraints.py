@@ -231,7 +231,7 @@ def test_a_constraint_on_a_parameter_of_each_experiment_holds_in_each():
 @pytest.mark.parametrize(
     ("ranges", "options", "said"),
     [
-        ({"a": (0, 1)}, {"scale": {"a": "log"}}, r'parameters.a: scale = "log" needs a range of numbers above 0, not \(0, 1\)'),
+        ({"a": (0, 1)}, {"scale": {"a": "log"}}, r'parameters.a: scale = "log" needs a range of numbers above 0, not \[0, 1\]'),
         ({"a": (0, 1)}, {"scale": {"a": "lg"}}, 'parameters.a: scale must be "linear" or "log", not "lg"'),
         ({"a": (0, 1)}, {"scale": {"b": "log"}}, "scale: b is not among the parameters a"),
         ({"a": (0, 1), "b": 2}, {"scale": {"b": "log"}}, "scale: b is fixed, and a parameter with a range was expected"),
