@@ -207,7 +207,7 @@ def test_a_calibration_file_says_it_by_keys(tmp_path, call):
     [
         ("range = [0.01, 1], ", "", "parameters.strength.range is missing, and [low, high] with low < high was expected, or fixed = a number in its place."),
         ('scale = "log"', 'scale = "lg"', 'parameters.strength.scale must be "linear" or "log", not "lg"'),
-        ("[0.01, 1]", "[0, 1]", 'parameters.strength: scale = "log" needs a range of numbers above 0, not (0.0, 1.0).'),
+        ("[0.01, 1]", "[0, 1]", 'parameters.strength: scale = "log" needs a range of numbers above 0, not [0.0, 1.0].'),
         ("fixed = 0.5", "fixed = true", "parameters.offset.fixed must be a number, not true."),
         ("fixed = 0.5", "fixed = inf", "parameters.offset.fixed must be a number, not Infinity."),
         ("fixed = 0.5", "fixed = 0.5, range = [0, 1]", "parameters.offset.range says nothing of a parameter that is fixed, and fixed without range, or range without fixed, was expected."),
