@@ -144,7 +144,7 @@ def write_triaxial(folder, *replacements):
         ("[filter]", "[filters]", "filters is not a key that is known here (did you mean \"filter\"?), and one of parameters, constraint, experiment, filter, first_look, stop, run was expected."),
         ("range = [0, 1] }", "range = [1, 0] }", "parameters.strength.range must be [low, high] with low < high, not [1.0, 0.0]."),
         ("range = [0, 1] }", "range = [0, nan] }", "parameters.strength.range must be [low, high] with low < high, not [0, NaN]."),
-        ("{ range = [0, 1] }", "3", "parameters.strength must be a table with range, fixed, unit, scale, per_experiment, not 3."),
+        ("{ range = [0, 1] }", "3", "parameters.strength must be a table, { fixed = 3 } for a value that is known or { range = [low, high] }, not 3."),
         ('name        = "drained"', "", "experiment 1: name is missing, and text was expected."),
         (ENTRY, "", 'experiment "drained": model is missing, and a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand was expected.'),
         ('"python"', '"lammps"', 'experiment "drained": model.kind must be one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand, not "lammps".'),
