@@ -68,6 +68,10 @@ class Page:
         parts = [f"<h3>{to_html(figure.title)}</h3>", f'<ul class="key">{key}</ul>' if key else "", frames, f"<figcaption>{to_html(figure.caption)}</figcaption>"]
         self._body.append(f'<figure id="{figure.name}">{"".join(parts)}</figure>')
 
+    def parts(self) -> tuple[str, dict[str, dict]]:
+        """What stands on the page as HTML, without its head, and the descriptions of its plots by the ids of their frames: for a page that is not one file."""
+        return "\n".join(self._body[1:]), self._plots
+
     def render(self) -> str:
         """The whole page."""
         assets = files("graincal.report")
