@@ -5,10 +5,9 @@ import threading
 from urllib.parse import urlsplit
 
 import pytest
+from report import soil
 
 from graincal.watching.server import Server
-
-from report import soil
 
 
 class Page:

@@ -4,11 +4,11 @@ import threading
 import time
 
 import pytest
+from report import soil
 
 import graincal as gc
 from graincal.campaign.found.status import status
 from graincal.campaign.stored.store import Store, holds_campaign
-from report import soil
 
 from .browser import Browser, until
 from .conftest import Page
