@@ -65,9 +65,30 @@ template <class Engine> class InteractiveSimulation {
         }
     }
 
+    // Goes on along a path, from its beginning or from where the last call left it, until one more state is recorded. False where the path was at its end.
+    bool follow(const std::vector<Stage>& stages, const Economy& economy, long long step_limit) {
+        nb::gil_scoped_release release;
+        const Rest rest = economy.rest();
+        if (path_.stage == static_cast<Index>(stages.size())) return false;
+        if (state().steps == 0) enter_stage(stages[0], state(), path_, rest);
+        std::vector<Record> records(stages.size());
+        Status status = Status::running;
+        // Step by step, so that the state in hand is the one that was recorded.
+        for (const Index before = path_.records; status == Status::running && path_.records == before;) {
+            if (state().steps % steps_between_looks == 0) heed_signals();
+            if (state().steps >= step_limit) throw std::runtime_error("the simulation reached its limit of steps");
+            status = owned_.advance([&] {
+                return static_cast<Status>(best_target().follow({CompiledEngines::index<Engine>(), &state(), stages.data(), static_cast<Index>(stages.size()), &path_, &rest, records.data(), 1}));
+            });
+        }
+        if (status != Status::finished) expect_running(status);
+        return true;
+    }
+
     bool as_yade = false;
 
   private:
+    Progress path_;
     YadeMotion<Real> yade_motion_;
 
     void run_as_yade(long long last_step) {
@@ -154,6 +175,8 @@ template <class Engine> void bind_simulation(nb::module_& module) {
         .def("copy", [](const Sim& s) { return Sim(s); })
         .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)
         .def("run", &Sim::run, "steps"_a, "damping"_a)
+        .def("follow", &Sim::follow, "stages"_a, "economy"_a, "step_limit"_a,
+             "Go on along the stages until one more state is recorded; False where the path was at its end. The state in hand is then that one, or a step behind it.")
         .def("set_law", [](Sim& s, const GivenLaw& law) {
             s.state().law = law.template in_precision<Real>();
             s.state().time_stepper.look_again(s.state().steps);

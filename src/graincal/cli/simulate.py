@@ -49,6 +49,7 @@ class Simulation:
     strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = Economy.strain_ramp
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot. Nothing is overwritten.", metavar="FILE")] = None
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None
+    vtk: Annotated[Path | None, typer.Option(help="Write the particles and contacts at the start and at each state at rest, for ParaView, to this folder; it runs the test once more.", metavar="FOLDER")] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
 
     def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, **options: Any) -> None:
@@ -56,13 +57,18 @@ class Simulation:
         import numpy as np
 
         from graincal import Packing
-        from graincal.cli.outputs import check_outputs
+        from graincal.cli.outputs import check_folder, check_outputs
         from graincal.data import Failure, Response, Samples
         from graincal.interpolation import interpolate
         from graincal.models import TESTS
+        from graincal.models.pictures import write_pictures
 
         theta = _parse(self.parameters)
         check_outputs(self.output, self.plot)
+        if self.vtk is not None:
+            check_folder(self.vtk)
+            if self.vtk.is_dir() and any(self.vtk.iterdir()):
+                raise InputError(f"{self.vtk}: this folder holds files, and --vtk expected one that is empty or not there.")
         # A state that is not at rest is a warning here, for a person looks at the curve.
         shared = {field.name: getattr(self, field.name) for field in fields(self) if field.name in _OF_THE_TEST}
         test = TESTS[kind](Packing.read(self.packing), largest_flagged_share=1.0, **shared, **options)
@@ -75,8 +81,9 @@ class Simulation:
         if isinstance(outcome, Failure):
             raise InputError(f"The simulation gave no curve: {outcome.reason}")
         _write(outcome, test, self.output, self.plot, reference)
+        pictures = [] if self.vtk is None else write_pictures(test, test.arrange(samples)[0], at, self.vtk)
         if not self.quiet:
-            written = [f"Written to {path}." for path in (self.output, self.plot) if path is not None]
+            written = [f"Written to {path}." for path in (self.output, self.plot, *pictures) if path is not None]
             say("\n".join([*_describe(outcome, reference), *written]), err=True)
 
     def say_what_differs(self, path: Path, settings: Mapping[str, Any]) -> None:
