@@ -95,6 +95,13 @@ def test_the_forces_carry_the_stress_of_the_curve(pictures):
     assert expected < trace < 1.15 * expected
 
 
+def test_the_run_of_the_pictures_is_that_of_the_curve(pictures):
+    """To the last contact at the last state."""
+    folder, curve = pictures
+    _, numbers = read_polydata(folder / f"contacts-{len(curve.control):04}.vtp")
+    assert numbers["NumberOfLines"] == curve.values["contacts"][-1]
+
+
 def test_the_command_writes_them_beside_the_curve_and_overwrites_nothing(call, tmp_path):
     packing().write(tmp_path / "packing.csv")
     command = ["simulate", "triaxial", "--packing", tmp_path / "packing.csv", "--confining-pressure", PRESSURE, *OPTIONS, "--axial-strain", 0.004, "--increment", 0.004]
