@@ -1,6 +1,6 @@
 # make demo    a whole calibration on an embedded default, with its report
 # make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
-# make test-cluster    the faults of a cluster, through a real Slurm of one node: some ten minutes; needs root, and the packages slurm-wlm and munge
+# make test-cluster    the faults of a cluster, through a real Slurm of one node: a quarter of an hour; needs root, and the packages slurm-wlm and munge
 # All create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv
