@@ -15,7 +15,7 @@ from graincal.drawing.figure import Band, Points
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
 from graincal.report import error_terms, first_screen, summarise, tables, verdict, write_report
 from graincal.report.contents import figures
-from graincal.report.emulated_figures import draw_emulated_pairs
+from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs
 
 from . import soil, test_report
 from .test_report import read
@@ -108,6 +108,14 @@ def test_the_command_that_goes_on_is_said_where_a_limit_ended_it(result, tmp_pat
     assert first_screen.going_on(result) == ""
     stored = soil.calibrate(folder=tmp_path / "a campaign")
     assert first_screen.going_on(stored) == f"graincal resume '{tmp_path / 'a campaign'}' --max-iterations 6"
+
+
+def test_bands_that_coincide_are_said(emulated):
+    assert "coincide" not in next(iter(figures(emulated.result))).caption
+    wide = copy(emulated)
+    (found,) = emulated.bands
+    wide.__dict__["bands"] = (replace(found, response=found.measurement),)
+    assert "In stress ratio σ_{1}/σ_{3} and volumetric strain the two nearly coincide" in draw_bands(wide).caption
 
 
 def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulated):

@@ -20,6 +20,7 @@ from graincal.report.prediction import Prediction, draw_prediction
 from graincal.report.responses import draw_fabric, draw_responses
 from graincal.report.run_times import draw_run_times, stopped_sentence, where_failed
 from graincal.report.sampling import draw_convergence, draw_samples
+from graincal.report.stress_paths import draw_stress_paths
 from graincal.report.words import cautions, errors_rule, found
 
 
@@ -30,11 +31,11 @@ def figures(result: Record, prediction: Prediction | None = None) -> list[Figure
 
 def _figures(result: Record, prediction: Prediction | None, emulated: Emulated | None) -> list[Figure]:
     if emulated:
-        drawn = [draw_bands(emulated), draw_samples(result), draw_emulator(emulated), draw_emulated_pairs(emulated), draw_fabric(result), draw_run_times(result)]
+        drawn = [draw_bands(emulated), draw_samples(result), draw_emulator(emulated), draw_emulated_pairs(emulated), draw_stress_paths(result), draw_fabric(result), draw_run_times(result)]
     elif result.has_posterior:
-        drawn = [draw_samples(result), draw_run_times(result)]
+        drawn = [draw_samples(result), draw_stress_paths(result), draw_run_times(result)]
     else:
-        drawn = [draw(result) for draw in (draw_responses, draw_samples, draw_convergence, draw_pairs, draw_fabric, draw_run_times)]
+        drawn = [draw(result) for draw in (draw_responses, draw_samples, draw_convergence, draw_pairs, draw_stress_paths, draw_fabric, draw_run_times)]
     return [figure for figure in (*drawn, draw_prediction(prediction)) if figure]
 
 
