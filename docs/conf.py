@@ -38,7 +38,7 @@ html_math_renderer = "mathml"
 def _plain(sphinx, what, name, thing, options, lines: list[str]) -> None:
     """Docstrings are plain text with `code` in single backticks, as Markdown has it; autodoc reads reStructuredText."""
     parts = re.split(r"(?<!`)`([^`]+)`(?!`)", "\n".join(lines).replace("``", "`"))
-    said = [re.sub(r"([|*])", r"\\\1", part) if not at % 2 else f"``{' '.join(part.split())}``" for at, part in enumerate(parts)]
+    said = [re.sub(r"([|*])", r"\\\1", part) if not at % 2 else f"``{' '.join(part.split())}``\\ " for at, part in enumerate(parts)]
     lines[:] = "".join(said).split("\n")
 
 
