@@ -1,14 +1,16 @@
 # make demo    a whole calibration on an embedded default, with its report
 # make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
 # make test-cluster    the faults of a cluster, through a real Slurm of one node: a quarter of an hour; needs root, and the packages slurm-wlm and munge
+# make docs    the documentation as a site, in build/site; a warning or a broken link is an error
 # All create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv
 INSTALLED := $(VENV)/.installed
 TEST_INSTALLED := $(VENV)/.installed-test
+DOCS_INSTALLED := $(VENV)/.installed-docs
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native -type f)
 
-.PHONY: demo test test-cluster clean
+.PHONY: demo docs test test-cluster clean
 demo: $(INSTALLED)
 	$(VENV)/bin/graincal demo
 
@@ -17,6 +19,10 @@ test: $(TEST_INSTALLED)
 
 test-cluster: $(TEST_INSTALLED)
 	$(VENV)/bin/python -m pytest --numprocesses 0 -m cluster -s tests/cluster $(PYTEST_ARGS)
+
+docs: $(DOCS_INSTALLED)
+	$(VENV)/bin/python -m sphinx -W --keep-going --quiet --builder html --doctree-dir build/doctrees docs build/site
+	@echo "build/site/index.html"
 
 $(INSTALLED): $(SOURCES)
 	@sh tools/check-machine.sh $(PYTHON)
@@ -30,6 +36,12 @@ $(TEST_INSTALLED): $(SOURCES)
 	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
 	@echo "building the engine and fetching what it needs, about a minute ..."
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[test]"
+	touch $(INSTALLED) $@
+
+$(DOCS_INSTALLED): $(SOURCES)
+	@sh tools/check-machine.sh $(PYTHON)
+	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[docs]"
 	touch $(INSTALLED) $@
 
 clean:
