@@ -1,4 +1,4 @@
-"""Whole curves against YADE wherever the tests run: a packing that graincal prepared, and YADE's curves on it (tests/data/SOURCES.md).
+"""Whole curves against YADE wherever the tests run: packings that graincal prepared, and YADE's curves on them (tests/data/SOURCES.md).
 
 Both engines take the same steps by the same rules, but for roundings and for YADE's 1.41044 where its time stepper means the root of two; a shear of 10 % is
 chaotic, so what can agree is the mean of replicates, and no better than replicates agree among themselves. The difference of two means of three is expected
@@ -20,16 +20,18 @@ from graincal import Packing, demo
 from graincal.models.contact_laws import LAWS
 
 from .curves import COMPARED, Replicates, error, mean_curve, read_columns, replicate_floor, sample_error
+from .packings import PREPARED
 
 DATA = Path(__file__).parents[1] / "data"
-PACKING = Path(demo.__file__).with_name("packing_500.csv")
-CASES = ("table3", "soft_rough", "hertz")
+EMBEDDED = Path(demo.__file__).with_name("packing_500.csv")
+PACKINGS = dict.fromkeys(("table3", "soft_rough", "hertz"), EMBEDDED) | dict.fromkeys(("low_pressure", "high_pressure"), PREPARED / "packing_300.csv")
+CASES = tuple(PACKINGS)
 SCALINGS = (999, 1000, 1001)
 STRAINS = 0.004 * np.arange(26)
 
 
 def curve_file(case, scaling):
-    return DATA / f"yade_500_{case}_{scaling}.csv"
+    return DATA / f"yade_500_{case}_{scaling}.csv" if PACKINGS[case] == EMBEDDED else PREPARED / f"{case}_{scaling}.csv"
 
 
 def about(case, scaling):
@@ -40,8 +42,8 @@ def about(case, scaling):
 @pytest.fixture(scope="module")
 def replicates(options):
     runs = Replicates()
-    packing = Packing.read(PACKING)
-    for case in CASES:
+    for case, file in PACKINGS.items():
+        packing = Packing.read(file)
         for scaling in SCALINGS:
             facts = about(case, scaling)
             theta = [facts[name] for name in LAWS["linear"].names]
@@ -51,9 +53,9 @@ def replicates(options):
     runs.stop()
 
 
-def test_the_curves_were_computed_on_this_packing():
-    checksum = hashlib.sha256(PACKING.read_bytes()).hexdigest()
-    for case in CASES:
+def test_the_curves_were_computed_on_these_packings():
+    for case, packing in PACKINGS.items():
+        checksum = hashlib.sha256(packing.read_bytes()).hexdigest()
         for scaling in SCALINGS:
             facts = about(case, scaling)
             assert facts["packing_sha256"] == checksum
