@@ -23,7 +23,7 @@ STEPS = ROOT / "benchmarks" / "yade_steps.py"
 PACKINGS = {"packing_200.csv": 200, "packing_300.csv": 300}
 VOID_RATIO, SEED = 0.68, 3
 RECORDS = {"steps_prescribed.npz": "prescribed", "steps_isotropic.npz": "isotropic"}
-SCALINGS = (999, 1000, 1001)
+SCALINGS = (998, 999, 1000, 1001, 1002)
 """Of the density: replicates of one test that a chaotic shear leads apart."""
 
 CURVES = {

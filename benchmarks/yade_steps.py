@@ -13,7 +13,6 @@ import numpy as np
 from yade import *  # the simulation O, its engines and materials
 from yade import config
 
-
 TIME_STEP = 5e-5
 COMPRESSION, SHEAR = (-0.5, -0.5, -0.5), (0.4, 0.4, -1.0)
 LAST_OF_COMPRESSION = 300
