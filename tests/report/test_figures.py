@@ -8,10 +8,11 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+import graincal as gc
 from graincal.campaign.found.findings import telling_correlation
 from graincal.data import InputError
-from graincal.drawing.figure import Band, Bars, Level, Line, Points, log_axis
 from graincal.drawing import with_matplotlib, with_plotly
+from graincal.drawing.figure import Band, Bars, Level, Line, Points, log_axis
 from graincal.report import find, summarise, tables, write_figures
 from graincal.report.contents import figures
 from graincal.report.sampling import draw_samples
@@ -140,6 +141,20 @@ def test_fabric_is_that_of_the_best(result):
     best = soil.respond(result.best.theta)
     assert marks(coordination, Line)[0].y == pytest.approx(best["coordination_number"])
     assert [line.name for line in marks(anisotropies, Line)] == ["a_{c}"]
+
+
+def test_an_undrained_test_has_its_stress_path_and_its_pore_pressure(result):
+    def respond(theta):
+        shear = 1e3 * theta[0] * soil.STRAIN
+        return {"deviatoric_stress": shear, "mean_stress": 1e5 - shear / 3, "excess_pore_pressure": shear / 2}
+
+    reference = gc.Reference(soil.STRAIN, {name: respond(soil.TRUTH)[name] for name in ("deviatoric_stress", "mean_stress")})
+    found = gc.calibrate(gc.PythonModel(respond), reference, soil.SPACE, method="iterative-bayesian", seed=3, alpha=20, stop=soil.STOP, workers=1)
+    path, pore = drawn(found)["stress_paths"].panels
+    assert named(path, "measured").x == pytest.approx(1e-3 * reference.observables["mean_stress"])
+    [line] = marks(pore, Line)
+    assert line.y == pytest.approx(1e-3 * respond(found.best.theta)["excess_pore_pressure"]) and not marks(pore, Points)
+    assert "stress_paths" not in drawn(result)
 
 
 def test_failures_are_counted_by_iteration(result):

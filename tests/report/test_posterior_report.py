@@ -13,9 +13,9 @@ from graincal.campaign.found.remarks import remarks
 from graincal.drawing import with_matplotlib
 from graincal.drawing.figure import Band, Points
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
-from graincal.report import error_terms, summarise, tables, verdict, write_report
+from graincal.report import error_terms, first_screen, summarise, tables, verdict, write_report
 from graincal.report.contents import figures
-from graincal.report.emulated_figures import draw_emulated_pairs
+from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs
 
 from . import soil, test_report
 from .test_report import read
@@ -75,15 +75,47 @@ def test_bands_hold_the_responses_and_the_measurements(emulated):
 def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(result, tmp_path):
     page = read(write_report(result, tmp_path / "report.html"))
     text = "".join(page.text)
-    assert page.headings == [
-        "What was found", "Reference and responses", "Parameters", "Posterior", "Evaluations and emulator", "Fabric", "Run times and failures", "Provenance"
-    ]  # fmt: skip
-    for words in ("φ, so far: ", "cannot be said yet", "Runs that fit about as well: ", "runs that fit", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "are alike: the model does not scatter", "log p(reference) =", "Hartmann, Cheng and Thornton (2022)"):
+    assert page.headings[0].startswith("The answer's responses are ") and "The answer and its 90 % interval" in page.headings
+    assert page.headings[-8:] == ["What was found", "Parameters", "Pairs", "Fabric", "Where the runs went", "Evidence", "Method", "Provenance"]
+    for words in ("φ, so far: ", "cannot be said yet", "Runs that fit about as well: ", "runs that fit", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "give the same curve: the model does not scatter", "log p(reference) =", "Hartmann, Cheng and Thornton (2022)"):
         assert words in text, words
     assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "percentage points above the smallest", "most probable sample"))
     assert page.loaded == []
     first, second = summarise(result).splitlines()[:2]
     assert first.startswith("Preliminary: the posterior has not settled.") and second.startswith("φ, so far: ")
+
+
+def test_the_first_screen_has_the_state_the_answer_and_what_informs_it(result, emulated):
+    assert first_screen.state(result)[0] == "Not settled: stopped by max_iterations."
+    assert first_screen.state(settled(result))[0] == "Settled."
+    table = first_screen.of_answer(result, emulated)
+    assert table.head == ("parameter", "answer", "90 % interval so far", "informed by")
+    assert [row[0] for row in table.rows] == ["φ [deg]", "ψ [deg]", "η_{m} [-]"]
+    assert [row[3] for row in table.rows] == ["stress ratio σ_{1}/σ_{3}", "volumetric strain", "nothing"]
+    assert first_screen.of_answer(settled(result), emulated).head[2] == "90 % interval"
+
+
+def test_a_logarithm_of_a_stiffness_has_the_stiffness_beside_it():
+    space = gc.ParameterSpace({"log_E": (7, 11)}, units={"log_E": "log10 Pa"})
+    found = gc.calibrate(gc.PythonModel(lambda theta: {"stress_ratio": theta[0] * soil.STRAIN}), gc.Reference(soil.STRAIN, {"stress_ratio": 8.5 * soil.STRAIN}), space, **{"method": "iterative-bayesian", "alpha": 20, "stop": soil.STOP, "workers": 1})
+    logarithm, stiffness = first_screen.of_answer(found, None).rows
+    assert stiffness[0] == "E [GPa]"
+    low, high = ([float(end) for end in row[2].split(" to ")] for row in (logarithm, stiffness))
+    np.testing.assert_allclose(np.log10(high) + 9, low, atol=0.02)
+
+
+def test_the_command_that_goes_on_is_said_where_a_limit_ended_it(result, tmp_path):
+    assert first_screen.going_on(result) == ""
+    stored = soil.calibrate(folder=tmp_path / "a campaign")
+    assert first_screen.going_on(stored) == f"graincal resume '{tmp_path / 'a campaign'}' --max-iterations 6"
+
+
+def test_bands_that_coincide_are_said(emulated):
+    assert "coincide" not in next(iter(figures(emulated.result))).caption
+    wide = copy(emulated)
+    (found,) = emulated.bands
+    wide.__dict__["bands"] = (replace(found, response=found.measurement),)
+    assert "In stress ratio σ_{1}/σ_{3} and volumetric strain the two nearly coincide" in draw_bands(wide).caption
 
 
 def test_separate_modes_are_told_with_their_masses_and_best_fits(result, emulated):

@@ -9,6 +9,10 @@ ALIKE = 1e-3
 apart, and the model does not scatter."""
 
 
+ROUNDING = 1e-9
+"""Part of a number, or percentage points, below which a difference is that of rounding."""
+
+
 def estimate(mean: float, spread: float) -> str:
     """Mean and standard deviation, two digits of the latter: `28.4 ± 1.1`, `(5.24 ± 0.12) × 10^{8}`."""
     exponent = _exponent(max(abs(mean), spread))
@@ -28,11 +32,22 @@ def repeated(mean: float, spread: float) -> str:
 
 
 def between(low: float, high: float) -> str:
-    """The two ends of an interval, two digits of its width: `0.21 to 0.88`."""
+    """The two ends of an interval, two digits of its width: `0.21 to 0.88`; the value alone where it has no width but rounding."""
+    if high - low <= ROUNDING * max(abs(low), abs(high)):
+        return value(high)
     exponent = _exponent(max(abs(low), abs(high)))
     decimals = _decimals(high - low or abs(high), 2 if high > low else 4)
     shown = f"{_fixed(low, decimals, exponent)} to {_fixed(high, decimals, exponent)}"
     return f"({shown}) × 10^{{{exponent}}}".replace("-", "−") if exponent else shown
+
+
+def within(number: float, ends: tuple[float, float] | None) -> str:
+    """A value to as many decimals as its interval is known to, two digits of the width; to four digits without an interval."""
+    if ends is None or not math.isfinite(number) or ends[1] - ends[0] <= ROUNDING * max(map(abs, ends)):
+        return value(number)
+    exponent = _exponent(max(abs(number), *map(abs, ends)))
+    shown = _fixed(number, _decimals(ends[1] - ends[0], 2), exponent)
+    return f"{shown} × 10^{{{exponent}}}".replace("-", "−") if exponent else shown
 
 
 def value(number: float, digits: int = 4) -> str:
@@ -48,6 +63,8 @@ def percent(number: float, digits: int = 3) -> str:
     """Percent to so many digits, and to the last before the decimal point in any case: `1.57 %`, `107 %`."""
     if not math.isfinite(number):
         return "– %"
+    if abs(number) < ROUNDING:
+        return "0 %"
     return f"{number:.{max(_decimals(abs(number), digits), 0)}f} %".replace("-", "−")
 
 

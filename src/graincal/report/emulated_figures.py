@@ -13,14 +13,18 @@ from graincal.campaign.found.remarks import RIDGE
 from graincal.data import ParameterSpace, Response
 from graincal.drawing.figure import Array, Axis, Band, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
 from graincal.drawing.palette import ANSWER, BAND, BLUE, LIMIT, MEASURED, RANGE, THRESHOLD, VERMILLION, Style
+from graincal.drawing.sight import in_sight
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.inference.sampling.samples import halton
 from graincal.notation import numbers
 from graincal.notation.quantities import parameters, quantity
+from graincal.notation.words import listed
 from graincal.report.pairs import axis_of_parameter, bare, bars, cell, centres, ends, histogram, in_lines, truth_of_pair, truth_of_parameter
 from graincal.report.responses import NOT_FITTED, UNSEEN, bands, control_axis, measured_points, on_axis, prefix, side_by_side
 
 _MOST = f"{100 * PROBABILITY:.0f} %"
+ALIKE = 1.15
+"""Widths of the two bands, one over the other, up to which they look alike."""
 _BINS = 24
 OF_PRIOR = 20_000
 """Samples that a prior is drawn by which is not even."""
@@ -53,11 +57,29 @@ def draw_bands(emulated: Emulated) -> Figure:
     )
     if result.recorded_names:
         caption += f" {UNSEEN} No emulator knows it: its band is the range of the runs that fit about as well, and responses beyond it may fit, too."
+    caption += _on_bands(emulated)
+    shown, cut = in_sight(panels)
+    caption += f" {cut}" if cut else ""
     if np.isfinite(answer.mean):
         title = f"The answer's responses are {numbers.repeated(answer.mean, answer.spread)} % from the reference."
     else:
         title = "What the posterior expects of the responses."
-    return Figure("responses", title, caption, tuple(panels), columns=side_by_side(result))
+    return Figure("responses", title, caption, shown, columns=side_by_side(result))
+
+
+def _on_bands(emulated: Emulated) -> str:
+    """Sentences on bands that look alike, or of which the wide one is not the wider."""
+    alike, swapped = [], []
+    for experiment, found in zip(emulated.result.experiments, emulated.bands):
+        widths = [np.diff(each, axis=0)[0].T for each in (found.response, found.measurement)]
+        for name, of_response, of_measurement in zip(experiment.reference.names, *widths):
+            label = f"{prefix(emulated.result, experiment)}{quantity(name).label}"
+            if np.median(of_measurement) < ALIKE * np.median(of_response):
+                alike.append(label)
+            elif np.any(of_measurement < of_response):
+                swapped.append(label)
+    said = f" In {listed(alike)} the two nearly coincide: errors are small beside what is not known of the mean response." if alike else ""
+    return said + (f" In {listed(swapped)} the wide band is the narrower at some states, for its ends are known by {DRAWN} draws." if swapped else "")
 
 
 def _recorded_panel(emulated: Emulated, number: int, name: str, at_answer: list[Response]) -> Panel:

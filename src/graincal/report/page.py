@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from importlib.resources import files
 
 from plotly.offline import get_plotlyjs
@@ -34,9 +36,20 @@ class Page:
         """The heading of a section."""
         self._body.append(f"<h2>{to_html(text)}</h2>")
 
-    def subheading(self, text: str) -> None:
-        """The heading of a part of a section."""
-        self._body.append(f"<h3>{to_html(text)}</h3>")
+    @contextmanager
+    def folded(self, heading: str, sentence: str = "", level: int = 2) -> Iterator[None]:
+        """What is added meanwhile stands folded behind a heading of a level, 2 for a section, and a sentence on it."""
+        said = f" <span>{to_html(sentence)}</span>" if sentence else ""
+        self._body.append(f'<details><summary><h{level}>{to_html(heading)}</h{level}>{said}</summary>')
+        yield
+        self._body.append("</details>")
+
+    @contextmanager
+    def group(self, kind: str) -> Iterator[None]:
+        """What is added meanwhile stands together, as page.css arranges a kind."""
+        self._body.append(f'<div class="{kind}">')
+        yield
+        self._body.append("</div>")
 
     def paragraph(self, sentences: Iterable[str], kind: str = "") -> None:
         """Sentences, if there are any; kind: "note" for what is said in passing."""
@@ -47,6 +60,15 @@ class Page:
         """Terms, and the paragraphs that are said of each."""
         rows = "".join(f"<div><dt>{to_html(term)}</dt><dd>{''.join(f'<p>{to_html(text)}</p>' for text in said)}</dd></div>" for term, said in items)
         self._body.append(f"<dl>{rows}</dl>")
+
+    def subheading(self, text: str) -> None:
+        """The heading of a part of a section."""
+        self._body.append(f"<h3>{to_html(text)}</h3>")
+
+    def notes(self, texts: Iterable[str]) -> None:
+        """A list, if there is anything to list."""
+        if items := "".join(f"<li>{to_html(text)}</li>" for text in texts):
+            self._body.append(f"<ul>{items}</ul>")
 
     def command(self, line: str) -> None:
         """A command line to copy."""
@@ -60,13 +82,18 @@ class Page:
         wide = ' class="wide"' if len(table.head) > _MANY else ""
         self._body.append(f'<div class="scrolls" tabindex="0"><table{wide}>{thead}<tbody>{rows}</tbody></table></div>')
 
-    def figure(self, figure: Figure) -> None:
-        """A figure with its title, key and caption."""
-        plots = self._square(figure) if figure.square else "".join(self._panel(figure, k, panel) for k, panel in enumerate(figure.panels))
+    def figure(self, figure: Figure, *, leads: bool = False) -> None:
+        """A figure with its title, key and caption. leads: it stands on the first screen, with its caption folded."""
+        level = 2 if leads else 3
+        plots = self._square(figure) if figure.square else "".join(self._panel(figure, k, _unit_alone(panel) if leads else panel, level + 1) for k, panel in enumerate(figure.panels))
         frames = f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{figure.columns}">{plots}</div>'
         key = "".join(f"<li>{_swatch(mark)}<span>{to_html(mark.name)}</span></li>" for mark in figure.key)
-        parts = [f"<h3>{to_html(figure.title)}</h3>", f'<ul class="key">{key}</ul>' if key else "", frames, f"<figcaption>{to_html(figure.caption)}</figcaption>"]
-        self._body.append(f'<figure id="{figure.name}">{"".join(parts)}</figure>')
+        caption = f"<figcaption>{to_html(figure.caption)}</figcaption>"
+        if leads:
+            caption = f"<details><summary>What is drawn</summary>{caption.replace('figcaption>', 'p>')}</details>"
+        parts = [f"<h{level}>{to_html(figure.title)}</h{level}>", f'<ul class="key">{key}</ul>' if key else "", frames, caption]
+        kind = ' class="leads"' if leads else ""
+        self._body.append(f'<figure id="{figure.name}"{kind}>{"".join(parts)}</figure>')
 
     def parts(self) -> tuple[str, dict[str, dict]]:
         """What stands on the page as HTML, without its head, and the descriptions of its plots by the ids of their frames: for a page that is not one file."""
@@ -92,16 +119,22 @@ class Page:
             ]
         )
 
-    def _panel(self, figure: Figure, number: int, panel: Panel) -> str:
+    def _panel(self, figure: Figure, number: int, panel: Panel, level: int) -> str:
         plot = f"plot-{figure.name}-{number}"
         self._plots[plot] = describe(panel)
-        title = f"<h4>{to_html(panel.title)}</h4>" if panel.title else ""
+        title = f"<h{level}>{to_html(panel.title)}</h{level}>" if panel.title else ""
         return f'<div class="panel">{title}{_frame(plot, panel.title or figure.title)}</div>'
 
     def _square(self, figure: Figure) -> str:
         plot = f"plot-{figure.name}"
         self._plots[plot] = describe_square(figure)
         return _frame(plot, figure.title)
+
+
+def _unit_alone(panel: Panel) -> Panel:
+    """The panel with the unit alone beside its upright axis, which is short on the first screen: its title has the name."""
+    name, bracket, unit = panel.y.label.rpartition(" [")
+    return replace(panel, y=replace(panel.y, label=f"[{unit}")) if bracket and panel.title else panel
 
 
 def _frame(plot: str, title: str) -> str:

@@ -14,6 +14,7 @@ from graincal.campaign.found.record import Record
 from graincal.data import Failure, Response
 from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
 from graincal.drawing.palette import BEST, PREDICTED, REFERENCE
+from graincal.drawing.sight import in_sight
 from graincal.models import TriaxialTest
 from graincal.notation import numbers
 from graincal.notation.quantities import quantity
@@ -107,8 +108,10 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
             Line(scale * prediction.response.control, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
         )
         panels.append(Panel(title, axis, Axis(shown.axis), marks))
+    shown, cut = in_sight(panels)
     caption = (
         f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {predicted}, everything else as in {experiment.name}. "
         "No test at this pressure was compared with it, and another run of the same parameters would differ by the scatter of runs."
+        f"{' ' * bool(cut)}{cut}"
     )
-    return Figure("prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, tuple(panels), columns=min(3, max(2, len(panels))))
+    return Figure("prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, shown, columns=min(3, max(2, len(panels))))

@@ -11,6 +11,7 @@ from graincal.campaign.found.findings import MOST
 from graincal.campaign.found.record import Record
 from graincal.drawing.figure import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
 from graincal.drawing.palette import BAND, BEST, MEAN, MOST_PROBABLE, RECORDED, REFERENCE, Style, distinct
+from graincal.drawing.sight import in_sight
 from graincal.inference.sampling.posterior import PROBABILITY, Posterior
 from graincal.notation.numbers import percent
 from graincal.notation.quantities import quantity
@@ -40,6 +41,8 @@ def draw_responses(result: Record) -> Figure | None:
         )
     panels = tuple(panel for number in range(len(result.experiments)) for panel in _panels(result, number))
     caption += f" {UNSEEN}" if result.recorded_names else ""
+    panels, cut = in_sight(panels)
+    caption += f" {cut}" if cut else ""
     return Figure("responses", title, caption, panels, columns=side_by_side(result))
 
 

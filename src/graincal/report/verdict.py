@@ -40,15 +40,15 @@ def verdicts(emulated: Emulated) -> tuple[str, ...]:
 
 def found(result: Record, emulated: Emulated | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
-    return under_headings(remarks(result, emulated and emulated.known), _evidence(emulated) if emulated else "")
+    return under_headings(remarks(result, emulated and emulated.known), evidence(emulated) if emulated else "")
 
 
-def under_headings(said: tuple[Remark, ...], evidence: str = "") -> tuple[tuple[str, tuple[str, ...]], ...]:
+def under_headings(said: tuple[Remark, ...], of_evidence: str = "") -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Remarks under their headings, in the order given, and the evidence before the end."""
     paragraphs: dict[str, list[str]] = {}
     for each in said:
-        if evidence and _HEADING_OF[each.code] == "End":
-            paragraphs["Evidence"] = [evidence]
+        if of_evidence and _HEADING_OF[each.code] == "End":
+            paragraphs["Evidence"] = [of_evidence]
         paragraphs.setdefault(_HEADING_OF[each.code], []).append(each.text)
     return tuple((heading, (" ".join(texts),) if heading in _IN_ONE else tuple(texts)) for heading, texts in paragraphs.items())
 
@@ -89,7 +89,8 @@ def effective_runs() -> str:
     )
 
 
-def _evidence(emulated: Emulated) -> str:
+def evidence(emulated: Emulated) -> str:
+    """The evidence, and how well it is known."""
     result = emulated.result
     half, deviation = emulated.evidence_of_half_ranges, result.learnt[-1].log_evidence_std
     halved = f"{half:.2f} if each range were half as wide about the posterior's mean" if np.isfinite(half) else "nothing would be left of it in half of each range about the posterior's mean"

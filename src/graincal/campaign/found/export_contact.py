@@ -34,7 +34,16 @@ def export_contact(result: Record, theta: NDArray[np.float64], called: str, prog
 
     Raises InputError where an experiment's model has no contact law that graincal knows, and for files that are there already, unless they are to be replaced.
     """
-    wanted, texts = PROGRAMS[program], {}
+    wanted, texts = PROGRAMS[program], contact_texts(result, theta, called, program)
+    if len(set(texts.values())) == 1:
+        return write_files(folder, {wanted.file: next(iter(texts.values()))}, replace)
+    stem, dot, ending = wanted.file.partition(".")
+    return write_files(folder, {f"{stem}_{file_name(name)}{dot}{ending}": text for name, text in texts.items()}, replace)
+
+
+def contact_texts(result: Record, theta: NDArray[np.float64], called: str, program: str) -> dict[str, str]:
+    """The lines for each experiment, by its name, as `export_contact` writes them. Raises InputError where an experiment's model has no contact law that graincal knows."""
+    texts = {}
     for number, experiment in enumerate(result.experiments):
         test = experiment.model
         if not isinstance(test, StressPathTest):
@@ -42,8 +51,5 @@ def export_contact(result: Record, theta: NDArray[np.float64], called: str, prog
         seen = result.space.seen_by(number, Samples(np.zeros(1, dtype=np.int64), theta[None], result.space.names))
         values = dict(zip(test.parameters, test.arrange(seen)[0].tolist()))
         radii = np.concatenate([packing.radii for packing in test.packings])
-        texts[experiment.name] = wanted.lines(Contact(test.law, values, radii, f"{called} of {result.folder or 'a calibration'}"))
-    if len(set(texts.values())) == 1:
-        return write_files(folder, {wanted.file: next(iter(texts.values()))}, replace)
-    stem, dot, ending = wanted.file.partition(".")
-    return write_files(folder, {f"{stem}_{file_name(name)}{dot}{ending}": text for name, text in texts.items()}, replace)
+        texts[experiment.name] = PROGRAMS[program].lines(Contact(test.law, values, radii, f"{called} of {result.folder or 'a calibration'}"))
+    return texts

@@ -37,14 +37,14 @@ class ParameterSummary:
 
 @dataclass(frozen=True)
 class Summary:
-    """What a result comes to. state: whether it has settled, and what ended it, in a sentence. error: percent, Eq. 6 (Hartmann, Cheng, Thornton 2022), of the answer; NaN where it was not run."""
+    """What a result comes to. state: whether it has settled, and what ended it, in a sentence. error: percent, Eq. 6 (Hartmann, Cheng, Thornton 2022), of the answer; NaN where it was not run. rows: the table as it is shown, in markup, without its head."""
 
     state: str
     evaluations: int
     failures: int
     error: float
     parameters: tuple[ParameterSummary, ...]
-    _rows: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[str, ...], ...]
 
     def __getitem__(self, parameter: str) -> ParameterSummary:
         for each in self.parameters:
@@ -59,14 +59,14 @@ class Summary:
         return len(self.parameters)
 
     def __repr__(self) -> str:
-        rows = [_HEAD, *(tuple(to_plain(cell) for cell in row) for row in self._rows)]
-        widths = [max(map(len, column)) for column in zip(*rows)]
-        return "\n".join([self._counted, *("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths)).rstrip() for row in rows)])
+        lines = [_HEAD, *(tuple(to_plain(cell) for cell in row) for row in self.rows)]
+        widths = [max(map(len, column)) for column in zip(*lines)]
+        return "\n".join([self._counted, *("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths)).rstrip() for line in lines)])
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the same as a table."""
         head = "".join(f"<th>{name}</th>" for name in _HEAD)
-        rows = "".join(f"<tr>{''.join(f'<td>{to_html(cell)}</td>' for cell in row)}</tr>" for row in self._rows)
+        rows = "".join(f"<tr>{''.join(f'<td>{to_html(cell)}</td>' for cell in row)}</tr>" for row in self.rows)
         return f"<div><p>{html.escape(self._counted)}</p><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
 
     @property
@@ -90,7 +90,7 @@ def summarise(result: Record, emulated: Emulated | None) -> Summary:
         answer = np.nan if theta is None else float(theta[k])
         found.append(ParameterSummary(space.names[k], answer, ends, shown.unit, span, None if by is None else to_plain(by)))
         within = "–" if ends is None else numbers.between(*ends)
-        rows.append((shown.label, _as_exact(answer, ends), within, shown.unit or "-", f"{numbers.short(span[0])} to {numbers.short(span[1])}", by or "–"))
+        rows.append((shown.label, numbers.within(answer, ends), within, shown.unit or "-", f"{numbers.short(span[0])} to {numbers.short(span[1])}", by or "–"))
     return Summary(_state(result), result.evaluations, result.failures, error, tuple(found), tuple(rows))
 
 
@@ -125,12 +125,3 @@ def _informed_by(emulated: Emulated) -> tuple[str | None, ...]:
             of = f"{emulated.result.experiments[number].name}: " if several else ""
             found.append("all together" if least > WEAKLY else f"{of}{quantity(name).label}")
     return tuple(found)
-
-
-def _as_exact(answer: float, ends: tuple[float, float] | None) -> str:
-    """To two digits of the interval's width, where there is one."""
-    if ends is None or not np.isfinite(answer) or ends[1] <= ends[0]:
-        return numbers.value(answer)
-    # The digits of the answer down to the second one of the width.
-    digits = 2 + int(np.floor(np.log10(max(abs(answer), ends[1] - ends[0])))) - int(np.floor(np.log10(ends[1] - ends[0])))
-    return numbers.value(answer, max(digits, 1))

@@ -1,0 +1,131 @@
+"""What a reader sees first: how far the campaign is, the curves, the answer with its interval, and the lines that use it."""
+
+from __future__ import annotations
+
+import os
+import shlex
+
+from graincal.campaign.found.emulated import Emulated
+from graincal.campaign.found.export_contact import PROGRAMS, contact_texts
+from graincal.campaign.found.record import Record
+from graincal.campaign.found.remarks import remarks
+from graincal.campaign.found.summary import summarise
+from graincal.campaign.found.trust import has_settled
+from graincal.drawing.figure import Figure
+from graincal.inference.sampling.posterior import PROBABILITY
+from graincal.models import ByHandModel, StressPathTest
+from graincal.notation import numbers
+from graincal.notation.quantities import parameters
+from graincal.report.answer import answer_of, as_samples, name_of_answer
+from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
+from graincal.report.page import Page
+from graincal.report.tables import Table
+
+_DOUBTS = 2
+"""As many doubts as stand on the first screen; all stand below."""
+_LIMITS = ("max_iterations", "max_evaluations", "hours")
+_TITLES = {"yade": "YADE", "lammps": "LAMMPS", "pfc": "PFC"}
+
+
+def compose_first_screen(page: Page, result: Record, emulated: Emulated | None, curves: Figure | None) -> None:
+    """The first screen of a report."""
+    with page.group("state"):
+        word, *more = state(result)
+        page.paragraph([word], "word")
+        page.paragraph(more)
+        page.notes(doubts(result, emulated))
+        if command := going_on(result):
+            page.paragraph(["Go on with:"])
+            page.command(command)
+    if curves:
+        page.figure(curves, leads=True)
+    with page.group("answer"):
+        with page.group("values"):
+            page.heading(f"The {name_of_answer(result)} and its {100 * PROBABILITY:.0f} % interval" if result.posterior else "Parameters")
+            page.table(of_answer(result, emulated))
+        _compose_lines(page, result)
+
+
+def state(result: Record) -> list[str]:
+    """How far the campaign is, in short sentences."""
+    summary, grade = summarise(result, None), result.grade
+    said = [summary.state, *([f"Grade: {grade.word}."] if grade else [])]
+    failed = f"{result.failures:,}".replace(",", "\u202f") if result.failures else "none"
+    said.append(f"{numbers.count(result.evaluations, 'evaluation')}, {failed} failed.")
+    if answer := answer_of(result):
+        error = f"{numbers.repeated(result.answer.mean, result.answer.spread)} %" if result.answer and len(result.answer.samples) else numbers.percent(answer.error)
+        said.append(f"Error ε of the {name_of_answer(result)}: {error} of the reference.")
+    return said
+
+
+def doubts(result: Record, emulated: Emulated | None) -> list[str]:
+    """Why not to trust it, the first few."""
+    # That the posterior has not settled is the state, which stands before.
+    found = [each.text for each in remarks(result, emulated and emulated.known) if each.level == "doubt" and each.code != "preliminary"]
+    more = len(found) - _DOUBTS
+    return found[:_DOUBTS] + ([f"{numbers.count(more, 'more doubt')}, under “What was found”."] if more > 0 else [])
+
+
+def going_on(result: Record) -> str:
+    """The command that goes on with a campaign; empty where it is at its end by more than a limit, or kept in memory."""
+    if result.folder is None:
+        return ""
+    folder = shlex.quote(os.path.abspath(result.folder))
+    if result.stopped_by is None:
+        by_hand = any(isinstance(experiment.model, ByHandModel) for experiment in result.experiments)
+        return f"graincal {'ask' if by_hand else 'resume'} {folder}"
+    if result.stopped_by not in _LIMITS:
+        return ""
+    reached = {"max_iterations": len(result.iterations), "max_evaluations": result.evaluations, "hours": result.stop.hours}[result.stopped_by]
+    return f"graincal resume {folder} --{result.stopped_by.replace('_', '-')} {2 * reached:.10g}"
+
+
+def of_answer(result: Record, emulated: Emulated | None) -> Table:
+    """Each parameter with its unit: the answer, its interval, and what informs it. A logarithm of a stiffness has the stiffness in GPa below it."""
+    summary = summarise(result, emulated)
+    so_far = "" if has_settled(result) or not result.has_posterior else " so far"
+    head = ["parameter", "answer", f"{100 * PROBABILITY:.0f} % interval{so_far}", "informed by"]
+    rows = []
+    for each, (_, answer, within, *_, by), shown, unit in zip(summary, summary.rows, parameters(result.space), result.space.units):
+        rows.append((shown.axis, answer, within, by))
+        if unit == "log10 Pa":
+            stiffness, ends = 10**each.answer / 1e9, each.interval and (10 ** each.interval[0] / 1e9, 10 ** each.interval[1] / 1e9)
+            rows.append((f"{shown.label.removeprefix('log ')} [GPa]", numbers.within(stiffness, ends), numbers.between(*ends) if ends else "–", by))
+    known = [column for column in range(4) if column < 2 or any(row[column] != "–" for row in rows)]
+    return Table(tuple(head[column] for column in known), tuple(tuple(row[column] for column in known) for row in rows), figures=1)
+
+
+def _compose_lines(page: Page, result: Record) -> None:
+    """The lines that use the answer, in each experiment with a built-in test."""
+    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
+    candidate = answer_of(result)
+    if not tests or candidate is None:
+        return
+    with page.group("lines"):
+        page.heading("Simulate it again")
+        titles = " and ".join(dict.fromkeys(experiment.model.title for experiment in tests))
+        page.paragraph([f"The {name_of_answer(result)} in the built-in {titles}, to paste into a terminal:"])
+        for experiment in tests:
+            page.command(simulate_command(experiment.model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment)))
+        _compose_packings(page, result)
+        for program in PROGRAMS:
+            texts = dict.fromkeys(contact_texts(result, candidate.theta, name_of_answer(result), program).values()) if len(tests) == len(result.experiments) else ()
+            if texts:
+                with page.folded(f"Lines for {_TITLES[program]}", level=3):
+                    for text in texts:
+                        page.command(text)
+
+
+def _compose_packings(page: Page, result: Record) -> None:
+    """Where the packings of these lines are from."""
+    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
+    packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}
+    unnamed = not all(from_file(experiment.model) or experiment.name in packed for experiment in tests)
+    with page.folded("Its packing, and its scatter", level=3):
+        page.paragraph(["A second run differs from that of the calibration by the scatter of runs, and so does the error that it prints: a last digit sends grains other ways."], "note")
+        for line in dict.fromkeys(packed.values()):
+            names = ", ".join(name for name in packed if packed[name] == line)
+            page.paragraph([f"The packing of {names} was prepared. Should its file not be there, this makes the same again, to name instead:"])
+            page.command(line)
+        if unnamed:
+            page.paragraph([f"Put the name of the packing's file in place of {PLACEHOLDER}: this packing was not read from one."], "note")
