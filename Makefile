@@ -1,14 +1,18 @@
 # make demo    a whole calibration on an embedded default, with its report
 # make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
-# make test-cluster    the faults of a cluster, through a real Slurm of one node: some ten minutes; needs root, and the packages slurm-wlm and munge
+# make test-cluster    the faults of a cluster, through a real Slurm of one node: a quarter of an hour; needs root, and the packages slurm-wlm and munge
+# make docs    the documentation as a site, in build/site; a warning or a broken link is an error
+# make lint    what ruff and mypy say of the code, in a virtual environment of their own, .venv-lint: half a minute at first, seconds later
+# make format    the formatters, on the files that FILES names
 # All create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv
 INSTALLED := $(VENV)/.installed
 TEST_INSTALLED := $(VENV)/.installed-test
+DOCS_INSTALLED := $(VENV)/.installed-docs
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native -type f)
 
-.PHONY: demo test test-cluster clean
+.PHONY: demo docs test test-cluster lint format clean
 demo: $(INSTALLED)
 	$(VENV)/bin/graincal demo
 
@@ -17,6 +21,25 @@ test: $(TEST_INSTALLED)
 
 test-cluster: $(TEST_INSTALLED)
 	$(VENV)/bin/python -m pytest --numprocesses 0 -m cluster -s tests/cluster $(PYTEST_ARGS)
+
+docs: $(DOCS_INSTALLED)
+	$(VENV)/bin/python -m sphinx -W --keep-going --quiet --builder html --doctree-dir build/doctrees docs build/site
+	@echo "build/site/index.html"
+
+LINT := .venv-lint
+
+lint: $(LINT)/.installed
+	$(LINT)/bin/ruff check src tests benchmarks examples
+	$(LINT)/bin/mypy src/graincal
+
+format: $(LINT)/.installed
+	@test -n "$(FILES)" || { echo "make format FILES='...': the files to format, Python or C++"; exit 2; }
+	@for file in $(FILES); do case $$file in *.py) $(LINT)/bin/ruff format $$file;; *) $(LINT)/bin/clang-format -i $$file;; esac; done
+
+$(LINT)/.installed: pyproject.toml
+	test -x $(LINT)/bin/pip || $(PYTHON) -m venv $(LINT)
+	$(LINT)/bin/pip install --quiet --disable-pip-version-check "ruff==0.17.6" "mypy==2.4.1" "clang-format==23.1.5" numpy pydantic
+	touch $@
 
 $(INSTALLED): $(SOURCES)
 	@sh tools/check-machine.sh $(PYTHON)
@@ -32,5 +55,11 @@ $(TEST_INSTALLED): $(SOURCES)
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[test]"
 	touch $(INSTALLED) $@
 
+$(DOCS_INSTALLED): $(SOURCES)
+	@sh tools/check-machine.sh $(PYTHON)
+	test -x $(VENV)/bin/pip || $(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	touch $(INSTALLED) $@
+
 clean:
-	rm -rf $(VENV) build
+	rm -rf $(VENV) $(LINT) build

@@ -16,10 +16,10 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from kept_rows import append_row, read_rows
 from scipy.stats import t as student
 
 import graincal as gc
-from kept_rows import append_row, read_rows
 from graincal.models.economy import ACCURACIES, INERTIAL_NUMBER
 
 STRAINS = 0.004 * np.arange(51)

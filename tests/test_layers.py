@@ -31,6 +31,7 @@ LAYERS = [
     ["campaign.file", "report"],
     ["result"],
     ["campaign"],
+    ["watching"],
     ["demo", "studies"],
     ["cli"],
 ]

@@ -27,7 +27,7 @@ class MeasurementError:
     """How exactly an observable was measured; variances add.
 
     absolute: standard deviation in the observable's own unit. relative: standard deviation as a share of each value. Both are errors of a device
-    (load cell, volume change, membrane), which are alike at neighbouring states. step: of a display, or of reading a printed curve, in the
+    (load cell, volume change, membrane), which are correlated at neighbouring states. step: of a display, or of reading a printed curve, in the
     observable's own unit; its error is uniform, of variance step^2 / 12. noise: standard deviation of what differs from row to row, in the observable's
     own unit. The errors of both are independent from row to row.
     Raises InputError for a number that is negative or not finite, or when all are zero.

@@ -292,7 +292,7 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     assert "coordination_number" in result.response(0).values
 
 
-SOFT = "--packing {packing} -p log_E=7.5 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5".format(packing=PACKING).split()
+SOFT = f"--packing {PACKING} -p log_E=7.5 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5".split()
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import subprocess
 import sys
 
 import numpy as np
@@ -152,24 +153,52 @@ def test_by_parsl_it_is_the_same_and_a_function_that_lies_beside_the_file_is_fou
     assert json.loads(Store.open(tmp_path / "b").meta("place"))["blocks"] == {"provider": "local", "cores_per_node": 2}
 
 
-def test_a_program_runs_by_parsl_in_the_campaigns_folder(call, tmp_path):
-    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
-    program = """from soil import STRAIN, respond
+PROGRAM = """from soil import STRAIN, respond
 import sys
 curves = respond([float(sys.argv[1]), float(sys.argv[2])])
 print("axial_strain,stress_ratio,volumetric_strain")
 for row in zip(STRAIN.tolist(), curves["stress_ratio"].tolist(), curves["volumetric_strain"].tolist()):
     print(*map(repr, row), sep=",")
 """
-    command = f"""{{ kind = "command", command = ["{sys.executable}", "program.py", "{{{{ strength }}}}", "{{{{ dilatancy }}}}"], link = ["program.py", "soil.py"], keep = "all", time_limit = 60, output = {{ file = "-", columns = {{ axial_strain = "axial_strain", stress_ratio = "stress_ratio", volumetric_strain = "volumetric_strain" }} }} }}"""
-    other = ('{ kind = "python", function = "soil:respond" }', command)
-    file = write(tmp_path / "there", 'executor = "parsl"\nparsl = { provider = "local", cores_per_node = 2 }', other)
-    (tmp_path / "there" / "program.py").write_text(program)
+
+
+def of_a_program(*keys):
+    """What puts the program of the test's soil in the place of its function."""
+    columns = "columns = { axial_strain = \"axial_strain\", stress_ratio = \"stress_ratio\", volumetric_strain = \"volumetric_strain\" }"
+    command = f'command = ["{sys.executable}", "program.py", "{{{{ strength }}}}", "{{{{ dilatancy }}}}"], link = ["program.py", "soil.py"]'
+    model = ", ".join(['kind = "command"', command, 'keep = "all"', "time_limit = 60", f'output = {{ file = "-", {columns} }}', *keys])
+    return '{ kind = "python", function = "soil:respond" }', f"{{ {model} }}"
+
+
+def test_a_program_runs_by_parsl_in_the_campaigns_folder(call, tmp_path):
+    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+    file = write(tmp_path / "there", 'executor = "parsl"\nparsl = { provider = "local", cores_per_node = 2 }', of_a_program())
+    (tmp_path / "there" / "program.py").write_text(PROGRAM)
     called = call("calibrate", file, "-o", tmp_path / "b", "-q")
     assert called.code == 0, called.err
     assert call("calibrate", write(tmp_path / "here", ""), "-o", tmp_path / "a", "-q").code == 0
     np.testing.assert_array_equal(*(gc.Result.read(tmp_path / each).iterations[-1].weights for each in "ab"))
     assert len(list((tmp_path / "b" / "evaluations").glob("*/attempt-0"))) == 20
+
+
+def test_where_programs_run_in_scratch_the_nodes_need_not_see_the_campaigns_folder(call, tmp_path, monkeypatch):
+    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+    if subprocess.run(["unshare", "--mount", "true"], capture_output=True).returncode:
+        pytest.skip("this machine lets nobody hide a folder from a process (unshare --mount)")
+    home, scratch, campaign = (tmp_path / name for name in ("home", "scratch", "b"))
+    for folder in (home, scratch):
+        folder.mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    # The block begins again where the campaign's folder is another one.
+    hides = f'[ -n "$HIDDEN" ] || HIDDEN=1 exec unshare --mount bash "$0"; mount -t tmpfs none "{campaign}"'
+    file = write(tmp_path / "there", f"executor = \"parsl\"\nparsl = {{ provider = \"local\", cores_per_node = 2, worker_init = '{hides}' }}", of_a_program(f'scratch = "{scratch}"'))
+    (tmp_path / "there" / "program.py").write_text(PROGRAM)
+    called = call("calibrate", file, "-o", campaign)
+    assert called.code == 0, called.err
+    assert f"they need not see {campaign}" in " ".join(called.out.split())
+    assert call("calibrate", write(tmp_path / "here", ""), "-o", tmp_path / "a", "-q").code == 0
+    np.testing.assert_array_equal(*(gc.Result.read(tmp_path / each).iterations[-1].weights for each in "ab"))
+    assert not list(campaign.glob("evaluations/*")) and not (campaign / "parsl").exists() and not list(scratch.iterdir())
 
 
 def test_without_parsl_it_is_said_what_to_install(call, tmp_path, monkeypatch):

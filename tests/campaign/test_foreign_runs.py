@@ -4,12 +4,12 @@ import shutil
 
 import numpy as np
 import pytest
+from grainlearning.files import write_npy, write_table, write_text
 
 import graincal as gc
 from graincal.campaign.found.status import status
 from graincal.campaign.stored.store import Store
 
-from grainlearning.files import write_npy, write_table, write_text
 from .hyperbola import SPACE, STRAIN, THE_PAPERS, TRUTH, respond, write_calibration
 from .test_by_hand import FUNCTION, NO_CRITERIA
 

@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from models.pairs_elsewhere import needs_lammps, needs_yade
 
 import graincal as gc
 from graincal import demo
 from graincal.campaign.asked.description import describe_model
 from graincal.campaign.file.config import read_calibration
 from graincal.models import TriaxialTest, YadeModel
-
-from models.pairs_elsewhere import needs_lammps, needs_yade
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

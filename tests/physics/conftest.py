@@ -5,6 +5,7 @@ import pytest
 from graincal import Packing
 
 from .curves import Replicates, YadeCase
+from .packings import SOURCES, steps_of
 
 YADE_SCALINGS = (999, 1000, 1001)
 CASES = ("truth2000", "table3_1000_p0.5", "soft_rough_1000")
@@ -15,6 +16,18 @@ PAPER_CASE, PAPER_SCALINGS = "truth2000", (998, 999, 1000, 1001, 1002)
 def options(request):
     """How exactly tests are run: by the default, and by the paper's protocol."""
     return request.param
+
+
+@pytest.fixture(scope="session", params=SOURCES)
+def prescribed_steps(request):
+    """YADE's steps at a constant time step and a given velocity gradient."""
+    return steps_of(request, ("packing_200.csv", "steps_prescribed.npz"), ("packing_1000.csv", "yade/golden_steps.npz"))
+
+
+@pytest.fixture(scope="session", params=SOURCES)
+def isotropic_steps(request):
+    """YADE's steps with time stepper and servo."""
+    return steps_of(request, ("packing_200.csv", "steps_isotropic.npz"), ("packing_2000.csv", "yade/golden_isotropic.npz"))
 
 
 @pytest.fixture(scope="session")

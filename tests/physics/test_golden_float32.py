@@ -13,7 +13,6 @@ import pytest
 
 from . import test_golden_isotropic as isotropic
 from . import test_golden_steps as prescribed
-from .packings import centres_as_they_stand
 
 UNIT = np.finfo(np.float32).eps
 UNITS, SEPARATIONS = 16, 5
@@ -34,19 +33,16 @@ def with_twins(followed, packing):
 
 
 @pytest.fixture(scope="module")
-def sheared(reference_data):
-    packing = centres_as_they_stand(reference_data / "packing_1000.csv")
-    with np.load(reference_data / "yade" / "golden_steps.npz") as file:
-        record = dict(file)
-    states = with_twins(prescribed.followed, packing)
-    states.yade = {step: prescribed.golden(record, step) for step in prescribed.STEPS}
+def sheared(prescribed_steps):
+    states = with_twins(prescribed.followed, prescribed_steps.packing)
+    states.yade = {step: prescribed.golden(prescribed_steps.record, step) for step in prescribed.STEPS}
     return states
 
 
 @pytest.fixture(scope="module")
-def compressed(reference_data):
-    states = with_twins(isotropic.followed, centres_as_they_stand(reference_data / "packing_2000.csv"))
-    states.yade = isotropic.record_of(reference_data)
+def compressed(isotropic_steps):
+    states = with_twins(isotropic.followed, isotropic_steps.packing)
+    states.yade = isotropic.states_of(isotropic_steps.record)
     return states
 
 

@@ -11,8 +11,8 @@ import pytest
 import graincal as gc
 from graincal.campaign.found.findings import telling_correlation
 from graincal.data import InputError
-from graincal.drawing.figure import Band, Bars, Level, Line, Points, log_axis
 from graincal.drawing import with_matplotlib, with_plotly
+from graincal.drawing.figure import Band, Bars, Level, Line, Points, log_axis
 from graincal.report import find, summarise, tables, write_figures
 from graincal.report.contents import figures
 from graincal.report.sampling import draw_samples

@@ -28,6 +28,7 @@ from graincal.cli.simulate import simulate
 from graincal.cli.status import status
 from graincal.cli.tell import tell
 from graincal.cli.version import print_version
+from graincal.cli.watch import watch
 from graincal.data import InputError
 from graincal.execution.interrupts import ENDING
 
@@ -41,6 +42,7 @@ app.command(epilog="Example:  graincal resume campaign --max-evaluations 200")(r
 app.command(epilog="Example:  graincal ask campaign > samples.csv")(ask)
 app.command(epilog="Example:  graincal tell campaign runs")(tell)
 app.command(epilog="Example:  graincal status campaign --json")(status)
+app.command(epilog="Example:  graincal watch campaign")(watch)
 app.command(epilog="Example:  graincal report campaign --figures png --figures pdf")(report)
 app.command(epilog="Example:  graincal predict campaign --confining-pressure 1e6 --against other.csv --plot prediction.png")(predict)
 app.command(epilog="Example:  graincal compare linear hertz --against other.csv --confining-pressure 1e6")(compare)

@@ -21,6 +21,7 @@ class Format(str, Enum):
 
     csv = "csv"
     json = "json"
+    netcdf = "netcdf"
     yade = "yade"
     lammps = "lammps"
     pfc = "pfc"
@@ -28,7 +29,7 @@ class Format(str, Enum):
 
 def export(
     folder: Folder,
-    to: Annotated[Format, typer.Option(help="Tables as CSV, or one JSON document; or the contact law at the answer, as lines for another DEM program.")],
+    to: Annotated[Format, typer.Option(help="Tables as CSV, one JSON document, or the posterior as NetCDF for ArviZ; or the contact law at the answer, as lines for another DEM program.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER")] = None,
 ) -> None:
     """Write samples, weights, errors and responses of the complete iterations for other programs, or the answer as the contact law of another DEM program."""
@@ -36,7 +37,7 @@ def export(
     from graincal.cli.outputs import check_folder
     from graincal.result import Result
 
-    write = {Format.csv: export_csv, Format.json: export_json}.get(to) or partial(_contact, to.value)
+    write = {Format.csv: export_csv, Format.json: export_json, Format.netcdf: _netcdf}.get(to) or partial(_contact, to.value)
     result, target = Result.read(folder), output or folder / "export"
     check_folder(target)
     before = set(target.glob("*"))
@@ -45,6 +46,12 @@ def export(
         say(path)
     if replaced := before.intersection(written):
         say(f"{len(replaced)} of these replaced the files of an earlier export.", err=True)
+
+
+def _netcdf(result: Result, folder: Path, *, replace: bool) -> list[Path]:
+    from graincal.campaign.found.netcdf import export_netcdf
+
+    return export_netcdf(result, result.emulated, folder, replace=replace)
 
 
 def _contact(program: str, result: Result, folder: Path, *, replace: bool) -> list[Path]:

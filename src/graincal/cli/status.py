@@ -9,6 +9,7 @@ import typer
 
 from graincal.cli.options import Folder
 from graincal.cli.saying import say
+from graincal.errors import InputError
 from graincal.notation.printable import printable_json
 
 _PERCENT = ("held-out error", "best ε", "ε_GL", "ε")
@@ -18,10 +19,21 @@ _ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 """Beside doubts, what a person is told of a posterior's remarks: it holds while nothing else does yet."""
 
 
-def status(folder: Folder, as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False) -> None:
+def status(
+    folder: Folder,
+    as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Say it again whenever it changes, until the campaign does not run any more.")] = False,
+) -> None:
     """Say how far a campaign is, also while it runs elsewhere."""
     from graincal.campaign.found.status import status as read_status
 
+    if watch and as_json:
+        raise InputError("--watch is for people and --json for programs: one of them was expected.")
+    if watch:
+        from graincal.cli.status_watch import watch_status
+
+        watch_status(Path(folder), _lines)
+        return
     found = read_status(Path(folder))
     say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)))
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from graincal import _native
 from graincal.data import InputError
-from graincal.dem.grading import GrainSizes, Grading
+from graincal.dem.grading import Grading, GrainSizes
 from graincal.dem.packing import Packing
 
 PROTOCOL = 2

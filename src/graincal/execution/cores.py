@@ -9,7 +9,6 @@ from typing import Literal
 from graincal.data import InputError
 from graincal.notation.printable import printable
 
-
 MOST_WORKERS = 10_000
 """Evaluations at once, each of which has a thread at the least."""
 

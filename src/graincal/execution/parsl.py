@@ -47,10 +47,10 @@ class OnBlocks(Elsewhere):
     """A backend: Parsl's high-throughput executor. A task whose worker, block or node is gone, or whose outcome does not come, is lost: a Failure of that kind.
 
     label: names the jobs, and must be stored before anything is submitted: what is left of a run with it is cancelled first. longest: the seconds that an evaluation takes at most, if that is known.
-    cores: that one evaluation uses. Raises InputError where no block can be started.
+    cores: that one evaluation uses. folder: where blocks have their own files, which the nodes must see. Raises InputError where no block can be started.
     """
 
-    # Certificates and what workers print are kept in it, whatever models do.
+    # Certificates and what workers print are kept in `folder`, whatever models do.
     without_folder = ""
     own_process = True
 

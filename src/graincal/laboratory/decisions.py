@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-
 UNANSWERED = "?"
 """The value of a key that a file does not decide."""
 

@@ -99,6 +99,10 @@ class Page:
         kind = ' class="leads"' if leads else ""
         self._body.append(f'<figure id="{figure.name}"{kind}>{"".join(parts)}</figure>')
 
+    def parts(self) -> tuple[str, dict[str, dict]]:
+        """What stands on the page as HTML, without its head, and the descriptions of its plots by the ids of their frames: for a page that is not one file."""
+        return "\n".join(self._body[1:]), self._plots
+
     def render(self) -> str:
         """The whole page."""
         assets = files("graincal.report")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 
 import numpy as np
 
@@ -180,7 +180,7 @@ def of_provenance(result: Record) -> Table:
     stops = {name.replace("_", " "): "off" if limit is False or limit is None else f"{limit:g}" for name, limit in limits.items()}
     rows = [
         ("calibration begun", _moment(result.started)),
-        ("report written", _moment(datetime.now(timezone.utc).isoformat())),
+        ("report written", _moment(datetime.now(UTC).isoformat())),
         ("method", calibration.method),
         ("settings", _listed(settings)),
         ("criteria of stopping", _listed(stops)),
@@ -257,7 +257,7 @@ def _listed(values: dict[str, str]) -> str:
 
 
 def _moment(text: str) -> str:
-    return datetime.fromisoformat(text).astimezone(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
+    return datetime.fromisoformat(text).astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
 
 
 def _allowed(used: PosteriorFilter) -> str:

@@ -28,7 +28,7 @@ CODES: dict[str, dict[str, str]] = {
         "few-fit-about-as-well": "such runs are too few to outline a range",
         "answer": "where the answer is",
         "answer-runs": "how far the runs at the answer are from the reference",
-        "answer-runs-alike": "these runs are alike: the model does not scatter",
+        "answer-runs-alike": "these runs give the same curve: the model does not scatter",
         "answer-runs-failed": "some of these runs failed",
         "answer-not-run": "the answer has not been run again yet",
         "answer-is-best": "no run is closer than those at the answer",

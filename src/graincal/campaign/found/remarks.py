@@ -152,7 +152,7 @@ def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
         text = f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε; mean ± sd of the runs)."
         said.append(remark("answer-runs", text, **figures))
         if _alike(answer):
-            said.append(remark("answer-runs-alike", "The runs, a millionth of the ranges apart, are alike: the model does not scatter.", **figures))
+            said.append(remark("answer-runs-alike", "The runs, a millionth of the ranges apart, give the same curve: the model does not scatter.", **figures))
     if len(answer.errors) and not has_error.all():
         said.append(remark("answer-runs-failed", f"{(~has_error).sum()} of its runs failed.", failed=(~has_error).sum(), runs=len(answer.errors)))
     if not len(answer.errors):
@@ -164,8 +164,8 @@ def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
             said.append(remark("answer-is-best", f"None of {numbers.count(evaluations, 'run')} is closer." if _alike(answer) else closest, **figures))
         elif best.error < answer.mean - CLOSER * max(answer.spread, numbers.least_spread(answer.mean)):
             text = (
-                f"Sample {best.sample} is closer by ε, {best.error:.3g} %, and by more than these runs scatter: the answer is chosen by the likelihood, which forgives errors that are "
-                "alike along a curve, as those of a device, sooner than ε does."
+                f"Sample {best.sample} is closer by ε, {best.error:.3g} %, and by more than these runs scatter: the answer is chosen by the likelihood, which gives "
+                "less weight than ε to an error that is the same along the curve, as that of a device."
             )
             said.append(remark("another-is-closer", text, **figures))
         else:

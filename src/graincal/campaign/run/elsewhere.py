@@ -21,6 +21,10 @@ LABEL = "label"
 """The key under which a store keeps what its jobs are known by, before the first of them is submitted."""
 
 
+OF_BLOCKS = ".graincal"
+"""The folder in the home folder for what blocks need of campaigns that they do not see."""
+
+
 def check_place(place: Place | None) -> None:
     """Raise InputError where evaluations cannot be handed over from here. A named function's module is imported for that."""
     if place is None:
@@ -55,7 +59,8 @@ def backend_elsewhere(calibration: Calibration, store: Store, listeners: Sequenc
 
             timeouts = [_timeout(model) for model in models]
             longest, cores = None if None in timeouts else max(timeouts), max(getattr(model, "cores", 1) for model in models)
-            return OnBlocks(Blocks(**place.blocks), _label(store), done, store.folder, say, longest=longest, cores=cores)
+            label = _label(store)
+            return OnBlocks(Blocks(**place.blocks), label, done, _seen_by_blocks(store.folder, label, models, say), say, longest=longest, cores=cores)
         from graincal.execution.elsewhere import OnNamedExecutor
 
         return OnNamedExecutor(_executor(place), done, store.folder, say, needs_folder=any(map(_keeps_files, models)))
@@ -73,6 +78,21 @@ def _keeps_files(model: Model) -> bool:
     """Whether an evaluation writes into the campaign's folder, from where it runs."""
     folders = getattr(model, "folders", None)
     return folders is not None and folders.scratch is None
+
+
+def _seen_by_blocks(folder: Path, label: str, models: Sequence[Model], say: Callable[[str], None]) -> Path:
+    """Where the blocks' own files lie, on a file system that the nodes share: the campaign's folder, or one in the home folder where all models run in `scratch`, for the campaign may then lie on a disk of this machine."""
+    if not all(_runs_in_scratch(model) for model in models):
+        return folder
+    home = Path.home() / OF_BLOCKS / label
+    home.mkdir(mode=0o700, parents=True, exist_ok=True)
+    say(f"All models have scratch: what blocks need and print is in {home}, which the nodes must see; they need not see {folder}.")
+    return home
+
+
+def _runs_in_scratch(model: Model) -> bool:
+    folders = getattr(model, "folders", None)
+    return folders is not None and folders.scratch is not None
 
 
 def _label(store: Store) -> str:

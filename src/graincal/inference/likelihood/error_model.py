@@ -15,7 +15,7 @@ from graincal.inference.likelihood.thinning import Thinning
 # Where a laboratory says nothing of its errors, an observable is taken to be measured to this part of its peak, by its variance share.
 USUAL_ERROR = 0.01
 
-# Errors along one curve are alike over a length that is rarely known: hypotheses on it, in lengths of the whole curve. None is zero, for fifty
+# Errors along one curve are correlated over a length that is rarely known: hypotheses on it, in lengths of the whole curve. None is zero, for fifty
 # points of one curve are not fifty measurements.
 CORRELATION_LENGTHS = (0.01, 0.03, 0.1, 0.3, 1.0)
 

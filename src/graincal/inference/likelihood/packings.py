@@ -120,7 +120,7 @@ def _between(responses: NDArray[np.float64]) -> NDArray[np.float64] | None:
 
 
 def _smooth(deviations: NDArray[np.float64], control: NDArray[np.float64], observables: int) -> NDArray[np.float64]:
-    """A covariance with these standard deviations (J T,), alike along each curve and none between observables."""
+    """A covariance with these standard deviations (J T,), correlated along each curve and not between observables."""
     alike = np.kron(np.eye(observables), gaussian_kernel(control, LENGTH))
     return deviations[:, None] * alike * deviations
 

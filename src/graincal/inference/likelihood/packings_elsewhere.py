@@ -15,7 +15,7 @@ def packings_elsewhere(
     """The scatter of packings in a test whose mean response is `reference`, from that in the test `known`; along (T,): how far along each test its rows are, from 0 to 1.
 
     An observable of both has the covariance found, as parts of its peaks, at rows as far along the test. Another has the root mean square of the standard deviations found, as parts of
-    the peaks, alike over a third of the curve.
+    the peaks, correlated over a third of the curve.
     """
     names, states, rows = known.names, len(known.control), len(along)
     between = np.column_stack([np.interp(along, known_along, each) for each in np.eye(states)])

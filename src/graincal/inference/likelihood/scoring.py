@@ -39,7 +39,7 @@ def score(
     """Compare equally probable responses (K, T, J), at least two, with a reference that they were not fitted to.
 
     A band holds the central `probability` of responses with measurement errors, state by state. The log score is that of the whole curve under a Gaussian
-    of the responses' mean and covariance, to which measurement errors that are alike at neighbouring states are added (Gneiting and Raftery 2007). The mean of
+    of the responses' mean and covariance, to which measurement errors that are correlated at neighbouring states are added (Gneiting and Raftery 2007). The mean of
     their own probabilities would be that of the luckiest response. The covariance of K responses has K - 1 directions; along others there are the errors alone, and two modes are one broad Gaussian.
     correlation_length, discrepancy: of the errors, see `error_model`. Raises InputError for fewer than two responses.
     """

@@ -165,5 +165,5 @@ def _first_rows(reference: Reference) -> NDArray[np.intp]:
     way = np.append(0, advance.sum(axis=1).cumsum())
     states = int(np.clip(np.ceil(way[-1] / STEP), FEWEST, MOST)) - 2
     of_row = np.minimum((np.interp(control, middle, way) / way[-1] * states).astype(np.intp), states - 1)
-    # The ends stand alone: errors that are alike along a curve hide its slope, but at its ends.
+    # The ends stand alone: errors that are correlated along a curve hide its slope, but at its ends.
     return np.union1d(np.flatnonzero(np.diff(of_row, prepend=-1)), [1, len(control) - 1])

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from graincal.laboratory.backbone import noise
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import IN_WORDS, Case, extent, extreme
-from graincal.laboratory.understanding.stress_state import CONSTANT, variation
 from graincal.laboratory.understanding.strains import proof, void_ratio_of
+from graincal.laboratory.understanding.stress_state import CONSTANT, variation
 from graincal.laboratory.understanding.volume import of_strains, volume_changes
 
 KINDS = ("triaxial", "undrained", "constant-mean-stress", "oedometric", "isotropic")

@@ -11,7 +11,6 @@ from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case
 from graincal.laboratory.understanding.compared import driving_stress, is_held
 
-
 CONTRADICTED = 0.05
 """A pressure that is said in words is that of the columns within this part of it."""
 

@@ -1,0 +1,1 @@
+"""A page that follows a campaign: it reads, and changes nothing."""
