@@ -15,6 +15,7 @@ from campaign.as_tasks import as_tasks
 from typer.testing import CliRunner
 
 import graincal as gc
+from graincal.campaign.found.export_contact import contact_texts
 from graincal.cli import app
 from graincal.data import Failure
 from graincal.interpolation import interpolate
@@ -118,6 +119,14 @@ def test_a_precision_that_is_not_the_default_is_named(result):
     assert "--precision" not in simulate_command(experiment.model, as_samples(result, result.most_probable, experiment), experiment.reference)
     single = replace(experiment.model, precision="float64")
     assert " --density-scaling 100000 --precision float64 " in simulate_command(single, as_samples(result, result.most_probable, experiment), experiment.reference)
+
+
+def test_lines_for_other_programs_stand_line_by_line(result, tmp_path):
+    text = html.unescape(write_report(result, tmp_path / "report.html", predict=None).read_text(encoding="utf-8"))
+    for program, title in (("yade", "YADE"), ("lammps", "LAMMPS"), ("pfc", "PFC")):
+        assert f"Lines for {title}" in text
+        for lines in contact_texts(result, result.most_probable.theta, "most probable sample", program).values():
+            assert lines.count("\n") > 3 and lines in text
 
 
 def test_a_packing_that_was_prepared_comes_with_the_line_that_makes_it(result, tmp_path):

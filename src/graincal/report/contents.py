@@ -70,7 +70,9 @@ def _compose_words(page: Page, result: Record, emulated: Emulated | None) -> Non
     """What was found in sentences, doubts among them."""
     findings = () if result.has_posterior else find(result.space, result.iterations, result.truth)
     with page.folded("What was found", "Each parameter, the fit, the doubts and the end of the campaign, in sentences."):
-        page.items(verdict.found(result, emulated) if result.has_posterior else found(result, findings))
+        said = verdict.found(result, emulated) if result.has_posterior else found(result, findings)
+        # The evidence has a section of its own.
+        page.items(each for each in said if each[0] != "Evidence")
         page.paragraph(() if result.has_posterior else cautions(result), "note")
         page.paragraph(() if result.has_posterior else [each.text for each in remarks(result, None)], "note")
 

@@ -113,7 +113,7 @@ def _compose_lines(page: Page, result: Record) -> None:
             if texts:
                 with page.folded(f"Lines for {_TITLES[program]}", level=3):
                     for text in texts:
-                        page.command(text)
+                        page.lines(text)
 
 
 def _compose_packings(page: Page, result: Record) -> None:

@@ -74,6 +74,10 @@ class Page:
         """A command line to copy."""
         self._body.append(f"<pre><code>{html.escape(printable(line, None))}</code></pre>")
 
+    def lines(self, text: str) -> None:
+        """Lines of a file to copy, which scroll in a box of their own."""
+        self._body.append(f'<pre class="lines" tabindex="0"><code>{html.escape(printable(text, None, lines=True))}</code></pre>')
+
     def table(self, table: Table) -> None:
         """A table, which scrolls inside itself where it is wider than the page."""
         head = "".join(f"<th{_figures(table, k)}>{to_html(text)}</th>" for k, text in enumerate(table.head))
