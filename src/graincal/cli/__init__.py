@@ -24,6 +24,7 @@ from graincal.cli.predict import predict
 from graincal.cli.report import report
 from graincal.cli.reproduce import reproduce
 from graincal.cli.resume import resume
+from graincal.cli.schema import schema
 from graincal.cli.simulate import simulate
 from graincal.cli.status import status
 from graincal.cli.tell import tell
@@ -47,6 +48,7 @@ app.command(epilog="Example:  graincal compare linear hertz --against other.csv 
 app.command(epilog='Example:  graincal advise campaign --test undrained --test "triaxial 1e6"')(advise)
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
 app.command(epilog="Example:  graincal reproduce hartmann2022 --study proof --data DATA -o studies")(reproduce)
+app.command(epilog="Example:  graincal schema > calibration.schema.json")(schema)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
 app.add_typer(import_runs, name="import")
 app.add_typer(simulate, name="simulate")
