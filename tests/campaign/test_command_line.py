@@ -56,7 +56,8 @@ def test_the_version_names_the_build(call):
 def test_a_calibration_says_what_it_found(call, tmp_path):
     called = call("calibrate", write_calibration(tmp_path, TWO_ITERATIONS), "-o", tmp_path / "campaign", "--workers", "2", "--seed", "4")
     assert called.code == 0 and called.err == ""
-    assert called.out.endswith(f"Report: {tmp_path / 'campaign' / 'report.html'}\n") and (tmp_path / "campaign" / "report.html").exists()
+    report = tmp_path / "campaign" / "report.html"
+    assert called.out.endswith(f"Report: {report}\nGo on with:\n  graincal resume {tmp_path / 'campaign'} --max-iterations 4\n") and report.exists()
     for said in ("iteration 0 (of at most 2), drained: 20 of 20 samples to evaluate", "Stopped by max_iterations", "40 evaluations", "Grade:", "dilatancy"):
         assert said in called.out
     kept = (tmp_path / "campaign" / "campaign.toml").read_text()

@@ -14,6 +14,7 @@ from graincal.cli.ask import ask
 from graincal.cli.calibrate import calibrate
 from graincal.cli.check import check
 from graincal.cli.compare import compare
+from graincal.cli.completion import completion, ready_to_complete
 from graincal.cli.demo import demo
 from graincal.cli.explore import explore
 from graincal.cli.export import export
@@ -24,6 +25,7 @@ from graincal.cli.predict import predict
 from graincal.cli.report import report
 from graincal.cli.reproduce import reproduce
 from graincal.cli.resume import resume
+from graincal.cli.schema import schema
 from graincal.cli.simulate import simulate
 from graincal.cli.status import status
 from graincal.cli.tell import tell
@@ -49,6 +51,8 @@ app.command(epilog="Example:  graincal compare linear hertz --against other.csv 
 app.command(epilog='Example:  graincal advise campaign --test undrained --test "triaxial 1e6"')(advise)
 app.command(epilog="Example:  graincal export campaign --to csv")(export)
 app.command(epilog="Example:  graincal reproduce hartmann2022 --study proof --data DATA -o studies")(reproduce)
+app.command(epilog="Example:  graincal completion bash > graincal.bash")(completion)
+app.command(epilog="Example:  graincal schema > calibration.schema.json")(schema)
 app.command(epilog="Example:  graincal pack --particles 2000 --void-ratio 0.68 --grading toyoura --seed 1 -o packing.csv")(pack)
 app.add_typer(import_runs, name="import")
 app.add_typer(simulate, name="simulate")
@@ -69,6 +73,7 @@ def main(arguments: list[str] | None = None) -> None:
         # A terminal without Greek letters shows a question mark, not a traceback.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+    ready_to_complete()
     try:
         app(arguments)
     except SystemExit as ended:

@@ -23,3 +23,14 @@ def parse_workers(text: str) -> int | Literal["all"]:
     if re.fullmatch("[0-9]{1,18}", text) and int(text) > 0:
         return int(text)
     raise InputError(f'--workers must be a whole number above 0 or "all", not {printable(text, 60)}.')
+
+
+def parse_criterion(name: str, text: str) -> float | bool:
+    """What the option of a criterion of stopping means; whether the number can be one is for the criterion to say."""
+    if text == "false":
+        return False
+    try:
+        return int(text) if name.startswith("max_") else float(text)
+    except ValueError:
+        kind = "a whole number" if name.startswith("max_") else "a number"
+        raise InputError(f"--{name.replace('_', '-')} must be {kind} or false, not {text}.") from None

@@ -32,26 +32,15 @@ def resume(
     """
     from graincal import campaign
     from graincal.campaign.run.exploring import go_on_filling, is_library
-    from graincal.cli.options import parse_workers
+    from graincal.cli.options import parse_criterion, parse_workers
     from graincal.cli.running import fill_and_say, run_and_report
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
     given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift, "hours": hours}
-    criteria = {name: _limit(name, text) for name, text in given.items() if text is not None}
+    criteria = {name: parse_criterion(name, text) for name, text in given.items() if text is not None}
     chosen = None if workers is None else parse_workers(workers)
     if is_library(folder):
         if criteria:
             raise InputError(f"{folder}: this is a library of runs, which has no criteria of stopping, and --{next(iter(criteria)).replace('_', '-')} was given.")
         return fill_and_say(folder, lambda listeners: go_on_filling(folder, workers=chosen, listeners=listeners, trust=trust), quiet=quiet)
     run_and_report(folder, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, trust=trust, **criteria), quiet=quiet)
-
-
-def _limit(name: str, text: str) -> float | bool:
-    """What a criterion's option means; whether the number can be one is for the criterion to say."""
-    if text == "false":
-        return False
-    try:
-        return int(text) if name.startswith("max_") else float(text)
-    except ValueError:
-        kind = "a whole number" if name.startswith("max_") else "a number"
-        raise InputError(f"--{name.replace('_', '-')} must be {kind} or false, not {text}.") from None

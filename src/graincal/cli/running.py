@@ -23,6 +23,9 @@ from graincal.data import InputError
 from graincal.notation.console import PrintableConsole
 from graincal.result import Result
 
+LIMITS = ("max_evaluations", "max_iterations", "hours")
+"""The criteria of stopping that say how long a campaign may be, and nothing of its answer."""
+
 
 def look_at(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Examination:
     """Examine a calibration file; a terminal says meanwhile what takes so long."""
@@ -77,7 +80,7 @@ def stopped_in_words(folder: Path) -> Iterator[None]:
         # The terminal may be gone.
         with suppress(OSError):
             if holds_campaign(folder):
-                say(f"Stopped. All that was finished is stored; go on with:\n  graincal resume {shlex.quote(str(folder))}", err=True)
+                say(f"Stopped. All that was finished is stored; go on with:\n  {going_on(folder)}", err=True)
         raise
 
 
@@ -89,6 +92,21 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
     path = result.report(folder / REPORT)
     if not quiet:
         say(f"Report: {path}")
+        if command := command_after(result, folder):
+            say(f"Go on with:\n  {command}")
+
+
+def going_on(folder: Path) -> str:
+    """The command that goes on with what a folder holds."""
+    return f"graincal resume {shlex.quote(str(folder))}"
+
+
+def command_after(result: Result, folder: Path) -> str | None:
+    """The command that goes on with a campaign that a limit ended, with twice that limit; None where another criterion ended it."""
+    if result.stopped_by not in LIMITS:
+        return None
+    limit = result.stop.most_iterations if result.stopped_by == "max_iterations" else getattr(result.stop, result.stopped_by)
+    return f"{going_on(folder)} --{result.stopped_by.replace('_', '-')} {2 * limit}"
 
 
 def show(result: Result, folder: Path, console: Console) -> None:

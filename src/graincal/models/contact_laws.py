@@ -119,11 +119,18 @@ def check_ranges(space: ParameterSpace, law: str) -> None:
     """Raise InputError for a range in which the contact law does not mean something throughout, and for such a value of a parameter that is fixed."""
     for name, value in space.fixed.items():
         if name in LAWS[law].names and (parameter := LAWS[law].parameter(name)).excludes(value):
-            raise InputError(f"parameters.{name}.fixed must be a number {parameter.limits}, where the contact law means something, not {value:g}{parameter.meant(value)}.")
+            raise InputError(f"parameters.{name}.fixed must be a number {parameter.limits}, {_where(law, parameter)}, not {value:g}{parameter.meant(value)}.")
     for name, low, high in zip(space.names, space.low, space.high):
         if name not in LAWS[law].names:
             continue
         parameter = LAWS[law].parameter(name)
         if parameter.excludes(low) or parameter.excludes(high):
-            why = ", the log10 of the modulus in Pa" if parameter.units == MODULUS else ", where the contact law means something"
+            why = ", the log10 of the modulus in Pa" if parameter.units == MODULUS else f", {_where(law, parameter)}"
             raise InputError(f"parameters.{name}.range must hold numbers {parameter.limits}{why}, not [{low:g}, {high:g}]{parameter.meant(low, high)}.")
+
+
+def _where(law: str, parameter: ContactParameter) -> str:
+    """Why a parameter has these bounds: where they are of one law alone, which one that is, and what the parameter is in it."""
+    if all(each.parameter(parameter.name).limits == parameter.limits for each in LAWS.values()):
+        return "where the contact law means something"
+    return f'where the contact law "{law}" means something ({parameter.name} is {parameter.meaning} there)'
