@@ -2,7 +2,7 @@
 
 Both engines take the same steps by the same rules, but for roundings and for YADE's 1.41044 where its time stepper means the root of two; a shear of 10 % is
 chaotic, so what can agree is the mean of replicates, and no better than replicates agree among themselves. The difference of two means of n is expected
-at 1 / sqrt(n) of the difference of two single runs, the floor: a factor of 2.6 is left to chance. n is three, and five on the packing of 300, where the floor from three runs is known too badly. Where replicates hardly scatter, on soft rough
+at 1 / sqrt(n) of the difference of two single runs, the floor: 1.5 floors of three leave room for a factor of 2.6. n is three, and five on the packing of 300. Where replicates hardly scatter, on soft rough
 grains, the floor falls to a few hundredths of a percent, below what the quarter of a percent between the time steps may do: 0.3 % are allowed in any case.
 
 With Hertz-Mindlin the two differ in the law itself: YADE keeps the shear force of a contact whose overlap falls, graincal scales it down. On this path that is
@@ -71,6 +71,8 @@ def test_the_mean_of_replicates_agrees_with_yades(replicates, case):
         assert np.allclose(curve["axial_strain"], STRAINS, rtol=0, atol=1e-6)
     yade, our = mean_curve(yades), mean_curve(ours)
     found = {name: round(error(yade, our, name), 2) for name in COMPARED}
-    assert sample_error(yade, our) <= max(2.6 * replicate_floor(yades) / np.sqrt(len(yades)), 0.3), found
+    # On the packing of 300, YADE's floor alone is known too badly (0.6 % from five runs at high pressure, 1.1 % from eleven): it is that of both engines, as in test_hard_grains.py.
+    floor = replicate_floor(yades) if PACKINGS[case] == EMBEDDED else np.mean([replicate_floor(yades), replicate_floor(ours)])
+    assert sample_error(yade, our) <= max(1.5 * floor * np.sqrt(3 / len(yades)), 0.3), found
     # A coordination number of 5 and 1,000 contacts: replicates differ by half a percent, and by 2.5 % in the anisotropy of contacts.
     assert found["coordination_number"] <= 2 and found["a_c"] <= 5, found
