@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import stat
-from pathlib import Path
 from typing import Any
 
 from graincal.campaign.asked.file_names import file_name
@@ -39,7 +38,7 @@ def evaluations(store: Store) -> dict[str, Any]:
             "seconds": seconds,
             "attempts": attempts,
             "error": printable(f"{kind}: {reason}") if state == "failed" else "",
-            "printed": _evaluation_folder(store, sample, experiment).is_dir(),
+            "printed": store.folder is not None and store.folder.joinpath(*_way_to(store, sample, experiment)).is_dir(),
         }
         for sample, experiment, state, stopped, ended, seconds, attempts, kind, reason in store.database.rows(query)
     ]
@@ -48,12 +47,11 @@ def evaluations(store: Store) -> dict[str, Any]:
 
 def printed(store: Store, sample: int, experiment: int) -> str | None:
     """The last that the last attempt at an evaluation printed, made printable; None where nothing is kept of it."""
-    if not 0 <= experiment < len(store.calibration.experiments):
+    if store.folder is None or not 0 <= experiment < len(store.calibration.experiments):
         return None
-    parts = _evaluation_folder(store, sample, experiment).relative_to(store.folder).parts
     try:
         folder = os.open(store.folder, os.O_RDONLY | os.O_DIRECTORY)
-        for part in parts:
+        for part in _way_to(store, sample, experiment):
             folder = _open_in(folder, part, os.O_DIRECTORY)
         attempts = [name for name in os.listdir(folder) if re.fullmatch("attempt-[0-9]{1,9}", name)]
         if not attempts:
@@ -69,9 +67,10 @@ def printed(store: Store, sample: int, experiment: int) -> str | None:
     return "\n".join(text for text in found if text) if found else None
 
 
-def _evaluation_folder(store: Store, sample: int, experiment: int) -> Path:
+def _way_to(store: Store, sample: int, experiment: int) -> tuple[str, ...]:
+    """The folders that lead from the campaign's to an evaluation's."""
     several, name = len(store.calibration.experiments) > 1, store.calibration.experiments[experiment].name
-    return store.folder / FILES / (file_name(name) if several else "") / f"{sample:05}"
+    return (FILES, *([file_name(name)] if several else []), f"{sample:05}")
 
 
 def _open_in(folder: int, name: str, flags: int) -> int:

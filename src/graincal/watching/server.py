@@ -46,8 +46,8 @@ class Server(ThreadingHTTPServer):
     @property
     def link(self) -> str:
         """The address to open, with the token."""
-        host, port = self.server_address[:2]
-        return f"http://{f'[{host}]' if ':' in str(host) else host}:{port}/?token={self.access.token}"
+        host, port = str(self.server_address[0]), self.server_address[1]
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={self.access.token}"
 
     def server_close(self) -> None:
         """End the streams, and listen no more."""
