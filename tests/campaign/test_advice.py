@@ -32,7 +32,7 @@ DRAINED, FAILING = "triaxial 1e6 to 0.15", "triaxial 2e6 to 0.15"
 
 def tasks(test, samples, at):
     """The soil; at 2 MPa weak grains have no response."""
-    weak = samples.ids[samples.theta[:, 0] < np.median(samples.theta[:, 0])] if test.confining_pressure == 2e6 else []
+    weak = samples.ids[samples.theta[:, 0] < np.median(samples.theta[:, 0])] if test.confining_pressure == 2e6 and len(samples) else []
 
     def respond(test, sample, at):
         return gc.Failure("diverged", "Weak grains.") if sample.ids[0] in weak else frictional.respond(test, sample, at)
