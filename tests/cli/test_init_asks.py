@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from graincal.cli.asking import _as_argument
+from graincal.laboratory import Question
+
 from .terminal import in_terminal
 
 FIELD = Path(__file__).parents[1] / "data" / "field"
@@ -79,3 +82,17 @@ def test_what_no_option_answers_is_refused_at_once(tmp_path):
 def test_nothing_is_written_where_the_person_ends_it(tmp_path):
     code, _ = in_terminal(["init", BARE, "-o", tmp_path / "c.toml"], ("kPa",))
     assert code == 1 and not (tmp_path / "c.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("key", "option", "answer", "argument"),
+    [
+        ("kind", "--kind", "triaxial", "--kind=triaxial"),
+        ("confining_pressure", "--stress-unit, or --confining-pressure", "7e3", "--confining-pressure=7e3"),
+        ("void_ratio", "--void-ratio, --relative-density, or --packing FILE", "0.7", "--void-ratio=0.7"),
+        ("units.axial_strain", "--column axial_strain=2:UNIT", "%", "--column=axial_strain=2:%"),
+        ("compression.volumetric_strain", "--compression volumetric_strain=positive", "negative", "--compression=volumetric_strain=negative"),
+    ],
+)
+def test_an_answer_becomes_the_argument_of_its_option(key, option, answer, argument):
+    assert _as_argument(Question(key, "Which?", option=option), answer) == argument

@@ -45,9 +45,11 @@ class Asking:
 
     def understood(self) -> Understanding:
         """What is understood with all answers. Raises InputError where a refusal stays: no option answers it, or the person gives none."""
+        from graincal.laboratory.describe import describe_question
+
         found = self._past_refusal()
         while question := next((each for each in found.questions if each.key not in self.left and self._can_give(_option(each))), None):
-            say(f"{question.sentence}{_likely(question)}")
+            say(describe_question(question))
             answered = self._ask(f'{question.key} (empty: it stays "?")', lambda text, asked=question: [_as_argument(asked, text)])
             if answered is None:
                 self.left.add(question.key)
@@ -90,6 +92,8 @@ class Asking:
                 return given, self.look(given)
             except (InputError, ValueError) as refusal:
                 raise typer.BadParameter(printable(str(refusal), None, lines=True)) from None
+            except typer.Exit:
+                raise typer.BadParameter("--help answers nothing; the options are above.") from None
 
         taken = typer.prompt(printable(prompt), default="", show_default=False, value_proc=take)
         if taken is None:
@@ -132,8 +136,3 @@ def _as_argument(question: Question, text: str) -> str:
         return f"--{option.replace('_', '-')}={text}"
     example = question.option.partition(" ")[2]
     return f"--{option}={example.removesuffix('UNIT') if option == 'column' else example.partition('=')[0] + '='}{text}"
-
-
-def _likely(question: Question) -> str:
-    answers = f" ({', '.join(question.answers)})" if question.answers else ""
-    return f"{answers}{f' Likely: {question.proposed}.' if question.proposed else ''}"
