@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from graincal.cli.asking import Asking, in_a_terminal
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, Strain, first_and_last, named_columns, signs
 from graincal.cli.saying import say
 from graincal.data import InputError
@@ -29,6 +30,7 @@ class Kind(str, Enum):
 
 
 def init(
+    context: typer.Context,
     file: Annotated[Path, typer.Argument(help="A laboratory file: delimited text, a spreadsheet, AGS4 data.", metavar="lab.csv")],
     strain: Measure = None,
     confining_pressure: Annotated[float | None, typer.Option(min=0, help="The effective one, in Pa.")] = None,
@@ -51,35 +53,37 @@ def init(
 ) -> None:
     """Look at a laboratory file, show what it proves, and write a calibration file to edit.
 
-    What the file does not prove is a question: a key that says "?" until it is answered, in the file or by an option.
+    What the file does not prove is a question: a key that says "?" until it is answered, in the file or by an option. In a terminal it is asked.
     """
     from graincal import Packing
     from graincal.campaign.file.propose import propose, propose_unknown
     from graincal.cli.outputs import check_file
     from graincal.cli.preparing import asked_preparation, check_alone, out_of_reach
-    from graincal.laboratory import NotUnderstood, describe, understand
+    from graincal.laboratory import NotUnderstood, describe
     from graincal.laboratory.describe import describe_table, list_columns
     from graincal.laboratory.table import read_table
 
-    if confining_pressure is not None:
-        _look_at_pressure(confining_pressure)
-    check_alone(packing, void_ratio, relative_density, grading, particles)
-    known = _known(
+    given = dict(
         kind=kind, strain=strain, confining_pressure=confining_pressure, void_ratio=void_ratio, column=column, stress_unit=stress_unit, compression=compression, stage=stage, rows=rows, sheet=sheet, encoding=encoding, sample_height=sample_height, sample_volume=sample_volume
     )
+    _look_at_pressure(given)
+    check_alone(packing, void_ratio, relative_density, grading, particles)
+    _known(**given)
     grains = Packing.read(packing) if packing else None
     check_file(output)
     preparation = asked_preparation(relative_density, grading, particles)
+
+    def look(given: dict[str, Any]) -> Understanding:
+        return _look(file, given, grains is not None or preparation.void_ratio is not None)
+
     try:
-        found = understand(file, known)
+        found = Asking(context, look, _look_at_pressure, given).understood() if in_a_terminal() else look(given)
     except NotUnderstood as refusal:
-        table = read_table(file, encoding=known.encoding, sheet=known.sheet)
+        table = read_table(file, encoding=encoding, sheet=sheet)
         _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
         say("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
         say(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
         return
-    if grains is None and found.void_ratio is None and preparation.void_ratio is None:
-        found = asked_for_void_ratio(found)
     _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
     say("\n".join(describe(found)))
     if grains:
@@ -92,10 +96,20 @@ def init(
     say(f"\nWritten to {output}. {asked}, then: graincal check {output}")
 
 
-def _look_at_pressure(confining_pressure: float) -> None:
-    """Say where a pressure in Pa is unusual. Raises InputError for one that cannot be."""
+def _look(file: Path, given: dict[str, Any], has_void_ratio: bool) -> Understanding:
+    """What is understood of the file by values of options, with a question for the void ratio where nothing says it. has_void_ratio: whether the packing does."""
+    from graincal.laboratory import understand
+
+    found = understand(file, _known(**given))
+    return found if has_void_ratio or found.void_ratio is not None else asked_for_void_ratio(found)
+
+
+def _look_at_pressure(given: dict[str, Any]) -> None:
+    """Say where a pressure in Pa, if one is given, is unusual. Raises InputError for one that cannot be."""
     from graincal.models.plausibility import impossible_pressure, unusual_pressure
 
+    if (confining_pressure := given.get("confining_pressure")) is None:
+        return
     if doubt := impossible_pressure("--confining-pressure", confining_pressure):
         raise InputError(doubt)
     if doubt := unusual_pressure("--confining-pressure", confining_pressure):
@@ -126,8 +140,8 @@ def _write(output: Path, text: str) -> None:
 
 def _known(
     *,
-    kind: Kind | None,
-    strain: Strain | None,
+    kind: str | None,
+    strain: str | None,
     confining_pressure: float | None,
     void_ratio: float | None,
     column: list[str] | None,
@@ -147,8 +161,8 @@ def _known(
     if stress_unit is not None and ((unit := find_unit(stress_unit)) is None or unit.dimension != "pressure"):
         raise InputError(f"--stress-unit is {stress_unit!r}, and one of {known_units('pressure')} was expected.")
     return Known(
-        kind=kind and kind.value,
-        strain=strain and strain.value,
+        kind=kind and Kind(kind).value,
+        strain=strain and Strain(strain).value,
         confining_pressure=confining_pressure,
         void_ratio=void_ratio,
         columns=named_columns(column),

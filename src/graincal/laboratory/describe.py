@@ -33,8 +33,15 @@ def describe(found: Understanding) -> list[str]:
         lines.append("No column of a stress is understood, so that only the change of volume would be compared: a calibration without a stress says little.")
     if found.questions:
         lines.append("To be answered, in the file where it says \"?\", or by the option:")
-        lines += [f"  {question.key}: {question.sentence}{_options(question)}" for question in found.questions]
+        lines += [f"  {question.key}: {describe_question(question)}" for question in found.questions]
     return lines
+
+
+def describe_question(question: Question) -> str:
+    """The question, the answers that are possible, the one that is likely, and the option that answers it."""
+    answers = f' ({", ".join(question.answers)})' if question.answers else ""
+    proposed = f" Likely: {question.proposed}." if question.proposed else ""
+    return f"{question.sentence}{answers}{proposed}{f' [{question.option}]' if question.option else ''}"
 
 
 def describe_table(table: Table) -> list[str]:
@@ -57,12 +64,6 @@ def list_columns(table: Table) -> list[str]:
         name = table.label(index) if table.header[index] else "(no name)"
         lines.append(f"{index + 1}  {name}{f' [{shown(table.units[index])}]' if index < len(table.units) and table.units[index] else ''}: {first}")
     return lines
-
-
-def _options(question: Question) -> str:
-    answers = f' ({", ".join(question.answers)})' if question.answers else ""
-    proposed = f" Likely: {question.proposed}." if question.proposed else ""
-    return f"{answers}{proposed}{f' [{question.option}]' if question.option else ''}"
 
 
 def _column(column: Seen, table: Table) -> str:
