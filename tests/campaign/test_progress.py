@@ -106,6 +106,9 @@ def test_the_time_to_the_end_is_by_the_limit_and_as_most_campaigns_go(clock):
     found.holds(1, 20), found.holds(2, 20)
     # Beyond what most take the limit alone is left.
     assert found.words(10) == "to the end at most about 8 min"
+    # And so it is where the limit comes first.
+    found.expects(100, 100, None)
+    assert found.words(10) == "to the end at most about 8 min"
 
 
 def test_nothing_is_said_of_the_end_where_it_is_not_known(clock):

@@ -45,7 +45,8 @@ class Outlook:
         if self._by_hand or not self._ended or self._ended < min(self._workers, self._experiments * max(self._sizes.values())):
             return ""
         expected, at_most = self._seconds(self._expected, waiting), min(self._seconds(self._at_most, waiting), self._seconds_by_clock())
-        said = [f"about {duration(expected)} as most campaigns go"] if sum(self._sizes.values()) < (self._expected or 0) and expected < at_most else []
+        settles = sum(self._sizes.values()) < (self._expected or 0) < (self._at_most or math.inf) and expected < at_most
+        said = [f"about {duration(expected)} as most campaigns go"] if settles else []
         said += [f"at most about {duration(at_most)}"] if math.isfinite(at_most) else []
         return f"to the end {', '.join(said)}" if said else ""
 
