@@ -53,8 +53,9 @@ class Quantity:
         return Quantity(label, "GPa", 1e-9) if unit == "Pa" else Quantity(label, unit)
 
     def raised(self, *values: float) -> tuple[float, ...]:
-        """What values are the logarithms of, in the unit of `antilog`."""
-        return tuple(self.antilog.scale * 10.0**value for value in values)
+        """What values are the logarithms of, in the unit of `antilog`; () for what is no logarithm."""
+        antilog = self.antilog
+        return tuple(antilog.scale * 10.0**value for value in values) if antilog else ()
 
     def without_log(self, *values: float) -> str:
         """What a value, or both ends of an interval, is the logarithm of, to stand behind it: ` (E 0.347 GPa)`, ` (E from 0.302 to 0.348 GPa)`; nothing for what is no logarithm."""
