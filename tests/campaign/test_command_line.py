@@ -127,7 +127,7 @@ def test_a_kill_while_other_limits_are_stored_blames_nobody(campaign, call, tmp_
 def test_status_is_a_contract(campaign, call):
     found = json.loads(call("status", campaign, "--json").out)
     assert list(found) == [
-        "folder", "state", "graincal", "started", "updated", "method", "seed", "parameters", "experiments", "evaluations", "failures", "failure_kinds", "stopped",
+        "folder", "state", "graincal", "started", "updated", "method", "seed", "parameters", "units", "experiments", "evaluations", "failures", "failure_kinds", "stopped",
         "first_look", "iteration", "iterations", "best", "most_probable", "answer", "settled", "posterior", "fits_about_as_well", "remarks", "stopped_by", "stopped_because", "seconds", "seconds_left",
     ]  # fmt: skip
     assert (found["state"], found["evaluations"], found["stopped_by"], found["seconds_left"]) == ("finished", 40, "max_iterations", 0.0)

@@ -3,8 +3,11 @@
 import logging
 
 import pytest
+from rich.console import Console
 
 import graincal as gc
+from graincal.campaign import Calibration
+from graincal.campaign.run import outlook, progress
 
 from . import hyperbola
 
@@ -75,3 +78,94 @@ def test_a_library_tells_too(tmp_path):
 def test_another_progress_is_refused():
     with pytest.raises(gc.InputError, match="progress: True, False or a function"):
         calibrate(progress="yes")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Seconds, which go on only where a test says so."""
+    now = [0.0]
+    monkeypatch.setattr(outlook.time, "monotonic", lambda: now[0])
+    return now
+
+
+def seen(workers=1, **options):
+    asked = Calibration(hyperbola.SPACE, [gc.Experiment("drained", hyperbola.model(), hyperbola.reference())], workers=workers, **options)
+    return outlook.Outlook(asked)
+
+
+def test_the_time_to_the_end_is_by_the_limit_and_as_most_campaigns_go(clock):
+    found = seen()
+    found.expects(60, 100, None)
+    found.asks(0, 20)
+    assert found.words(20) == ""
+    clock[0] = 100.0
+    for _ in range(10):
+        found.evaluated()
+    # 10 s for an evaluation; 10 of this batch wait, and 40 or 80 come after it.
+    assert found.words(10) == "to the end about 8 min as most campaigns go, at most about 15 min"
+    found.holds(1, 20), found.holds(2, 20)
+    # Beyond what most take the limit alone is left.
+    assert found.words(10) == "to the end at most about 8 min"
+    # And so it is where the limit comes first.
+    found.expects(100, 100, None)
+    assert found.words(10) == "to the end at most about 8 min"
+
+
+def test_nothing_is_said_of_the_end_where_it_is_not_known(clock):
+    found = seen(workers=4)
+    found.asks(0, 20)
+    clock[0] = 30.0
+    for _ in range(4):
+        found.evaluated()
+    # Without a limit.
+    assert found.words(16) == ""
+    found = seen(workers=4)
+    found.expects(None, 40, None)
+    found.asks(0, 20)
+    clock[0] = 60.0
+    for _ in range(3):
+        found.evaluated()
+    # Before as many have ended as run at once.
+    assert found.words(17) == ""
+    found.evaluated()
+    assert found.words(16) == "to the end at most about 4 min"
+
+
+def test_a_limit_on_hours_ends_it_with_the_round_under_way(clock):
+    found = seen()
+    found.expects(None, None, 3600.0)
+    found.asks(0, 20)
+    clock[0] = 600.0
+    for _ in range(10):
+        found.evaluated()
+    # 50 min are left, and a round of 20 takes 20 min.
+    assert found.words(10) == "to the end at most about 70 min"
+
+
+def test_runs_that_a_store_holds_are_not_to_come(clock):
+    found = seen()
+    found.expects(None, 40, None)
+    found.holds(0, 20)
+    found.asks(1, 20)
+    clock[0] = 600.0
+    for _ in range(10):
+        found.evaluated()
+    assert found.words(10) == "to the end at most about 10 min"
+
+
+def test_a_campaign_says_its_limits_and_nothing_of_them_in_its_first_look(monkeypatch):
+    told = []
+    monkeypatch.setattr(outlook.Outlook, "expects", lambda self, *limits: told.append(limits))
+    calibrate(progress=True)
+    samples = calibrate().iterations[0].samples
+    assert told == [(None, 2 * len(samples), None)]
+    shown = progress.Progress(Console(quiet=True))
+    asked = Calibration(hyperbola.SPACE, [gc.Experiment("drained", hyperbola.model(), hyperbola.reference())])
+    told.clear()
+    shown.looks_first()
+    shown.begins(asked)
+    shown.expects(10, 20, None)
+    assert told == []
+    shown.begins(asked)
+    shown.expects(10, 20, None)
+    assert told == [(10, 20, None)]

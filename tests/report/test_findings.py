@@ -148,8 +148,8 @@ def test_chance_narrows_from_iteration_to_iteration():
 
 def test_a_logarithm_is_given_in_plain_units_too():
     finding = found([8.7, 8.74], name="log_E", limits=(7, 11), unit="log10 Pa")
-    # 10^8.70 = 501 MPa, 10^8.74 = 550 MPa.
-    assert finding.sentences()[0].startswith("log E is narrowed: 8.700 to 8.740 log_{10} Pa (E from 501 to 550 MPa) at least fit about as well; ")
+    # 10^8.70 = 501e6, 10^8.74 = 550e6.
+    assert finding.sentences()[0].startswith("log E is narrowed: 8.700 to 8.740 log_{10} Pa (E from 0.501 to 0.550 GPa) at least fit about as well; ")
 
 
 def test_an_interval_at_the_end_of_its_range_is_pointed_out():

@@ -102,6 +102,8 @@ def test_a_logarithm_of_a_stiffness_has_the_stiffness_beside_it():
     assert stiffness[0] == "E [GPa]"
     low, high = ([float(end) for end in row[2].split(" to ")] for row in (logarithm, stiffness))
     np.testing.assert_allclose(np.log10(high) + 9, low, atol=0.02)
+    # As in a notebook.
+    assert [each.split()[0] for each in repr(found.summary()).splitlines()[2:]] == ["log", "E"] and "<td>GPa</td><td>0.01 to 100</td>" in found.summary()._repr_html_()
 
 
 def test_the_command_that_goes_on_is_said_where_a_limit_ended_it(result, tmp_path):

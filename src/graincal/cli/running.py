@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -22,6 +24,9 @@ from graincal.cli.saying import say
 from graincal.data import InputError
 from graincal.notation.console import PrintableConsole
 from graincal.result import Result
+
+if TYPE_CHECKING:
+    from graincal.inference.iterative.close_fits import CloseFits
 
 LIMITS = ("max_evaluations", "max_iterations", "hours")
 """The criteria of stopping that say how long a campaign may be, and nothing of its answer."""
@@ -127,22 +132,7 @@ def show(result: Result, folder: Path, console: Console) -> None:
         console.print(summarise(result), soft_wrap=True)
     elif result.posterior:
         close = close_fits(result.iterations)
-        mean, spread = result.posterior.mean(), result.posterior.std()
-        columns: dict[str, list[str]] = {"parameter": [f"{name} [{unit}]" if unit else name for name, unit in zip(result.space.names, result.space.units)]}
-        if result.truth:
-            columns["truth"] = [f"{result.truth[name]:.4g}" if name in result.truth else "-" for name in result.space.names]
-        columns["most probable"] = [f"{value:.4g}" for value in result.most_probable.theta]
-        if result.best.sample != result.most_probable.sample:
-            columns["best"] = [f"{value:.4g}" for value in result.best.theta]
-        if close.enough:
-            columns["fit about as well"] = [to_plain(numbers.between(low, high)) for low, high in zip(close.low, close.high)]
-        else:
-            columns["90 % interval"] = [to_plain(numbers.between(low, high)) for low, high in result.posterior.interval(0.9).T]
-        columns["mean ± sd"] = [to_plain(numbers.estimate(*moments)) for moments in zip(mean, spread)]
-        table = Table(*columns, box=None, header_style="bold", padding=(0, 2, 0, 0))
-        for row in zip(*columns.values()):
-            table.add_row(*row)
-        console.print(table)
+        console.print(_table(result, close))
         told = "Values that fit about as well:" if close.enough else f"The interval holds 90 % of the weight; only {numbers.count(close.count, 'sample')} fit about as well, too few to outline a range:"
         console.print(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
         console.print("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True)
@@ -152,3 +142,29 @@ def show(result: Result, folder: Path, console: Console) -> None:
     if result.grade:
         console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
     console.print(f"Stored in {folder}.", soft_wrap=True)
+
+
+def _table(result: Result, close: CloseFits) -> Table:
+    """A row for each parameter, and below it what it is the logarithm of."""
+    from graincal.notation import numbers
+    from graincal.notation.markup import to_plain
+    from graincal.notation.quantities import parameters
+
+    points = {"most probable": result.most_probable.theta}
+    if result.truth:
+        points = {"truth": [result.truth.get(name, math.nan) for name in result.space.names], **points}
+    if result.best.sample != result.most_probable.sample:
+        points["best"] = result.best.theta
+    low, high = (close.low, close.high) if close.enough else result.posterior.interval(0.9)
+    table = Table("parameter", *points, "fit about as well" if close.enough else "90 % interval", "mean ± sd", box=None, header_style="bold", padding=(0, 2, 0, 0))
+
+    def add(title: str, values: Iterable[float], ends: tuple[float, float], moments: str) -> None:
+        table.add_row(title, *("-" if math.isnan(value) else f"{value:.4g}" for value in values), to_plain(numbers.between(*ends)), moments)
+
+    mean, spread = result.posterior.mean(), result.posterior.std()
+    for k, (name, unit, shown) in enumerate(zip(result.space.names, result.space.units, parameters(result.space))):
+        values, ends = [each[k] for each in points.values()], (low[k], high[k])
+        add(f"{name} [{unit}]" if unit else name, values, ends, to_plain(numbers.estimate(mean[k], spread[k])))
+        if shown.antilog:
+            add(to_plain(shown.antilog.axis), shown.raised(*values), shown.raised(*ends), "")
+    return table

@@ -61,13 +61,12 @@ def _lines(status: dict[str, Any]) -> list[str]:
         errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]
         lines += [] if "posterior_shift" in last else [f"ε by iteration  {sparkline(errors, low=0.0)}"]
     if answer := status["answer"]:
-        theta = ", ".join(f"{name} {value:.4g}" for name, value in answer["theta"].items())
+        theta = _values(status, answer["theta"])
         spread = "" if answer["spread"] is None else f" ± {answer['spread']:.2f}"
         lines.append(f"answer: {theta}" + ("" if answer["mean"] is None else f"; its runs have ε {answer['mean']:.2f}{spread} %"))
     for word in ("best", "most_probable") if status["method"] != "posterior" else ("best",):
         if candidate := status[word]:
-            theta = ", ".join(f"{name} {value:.4g}" for name, value in candidate["theta"].items())
-            lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {theta}")
+            lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {_values(status, candidate['theta'])}")
     for each in status.get("recorded", ()):
         error = "-" if each["mean"] is None else f"{each['mean']:.2f} %"
         lines.append(f"not fitted: {each['observable']} in {each['experiment']}, error {error} ({each['of']})")
@@ -79,6 +78,15 @@ def _lines(status: dict[str, Any]) -> list[str]:
     elif status["state"] == "interrupted":
         lines.append(f"go on with: graincal resume {status['folder']}")
     return lines
+
+
+def _values(status: dict[str, Any], theta: dict[str, float]) -> str:
+    """The values of the parameters with their units, and what they are the logarithms of."""
+    from graincal.notation.markup import to_plain
+    from graincal.notation.quantities import parameter
+
+    shown = [(parameter(name, status["units"][name]), value) for name, value in theta.items()]
+    return to_plain(", ".join(f"{each.label} {value:.4g}{each.behind}{each.without_log(value)}" for each, value in shown))
 
 
 def _figure(name: str, value: float | None) -> str:

@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from graincal.notation import numbers
+
 if TYPE_CHECKING:
     from graincal.data import ParameterSpace
 
@@ -13,6 +15,7 @@ _GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "eps": "ε", "zeta": "ζ", "eta": "η", "theta": "θ", "kappa": "κ",
     "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω",
 }  # fmt: skip
+_LOGARITHM = re.compile(r"log_\{10\} ?(?:\[(.+)\]|\((.+)\)|(.+))")
 _DIMENSIONLESS = ("nu", "beta_m", "eta_m")
 
 
@@ -39,6 +42,28 @@ class Quantity:
         """The label to begin a line with: a word gets a capital, a symbol keeps its letter."""
         first = self.label.split()[0]
         return self.label[0].upper() + self.label[1:] if len(first) > 1 and first.isalpha() else self.label
+
+    @property
+    def antilog(self) -> Quantity | None:
+        """What this is the logarithm of, to base 10: E in GPa for log E in log_{10} Pa; None for what is no such logarithm."""
+        found = _LOGARITHM.fullmatch(self.unit)
+        if found is None or not self.label.startswith("log "):
+            return None
+        label, unit = self.label.removeprefix("log "), next(filter(None, found.groups()))
+        return Quantity(label, "GPa", 1e-9) if unit == "Pa" else Quantity(label, unit)
+
+    def raised(self, *values: float) -> tuple[float, ...]:
+        """What values are the logarithms of, in the unit of `antilog`; () for what is no logarithm."""
+        antilog = self.antilog
+        return tuple(antilog.scale * 10.0**value for value in values) if antilog else ()
+
+    def without_log(self, *values: float) -> str:
+        """What a value, or both ends of an interval, is the logarithm of, to stand behind it: ` (E 0.347 GPa)`, ` (E from 0.302 to 0.348 GPa)`; nothing for what is no logarithm."""
+        antilog = self.antilog
+        if antilog is None:
+            return ""
+        plain = self.raised(*values)
+        return f" ({antilog.label} {numbers.value(*plain, 3) if len(plain) == 1 else f'from {numbers.between(*plain)}'}{antilog.behind})"
 
 
 _KNOWN = {
@@ -70,11 +95,13 @@ def quantity(name: str) -> Quantity:
 
 def parameters(space: ParameterSpace) -> tuple[Quantity, ...]:
     """The parameters of a space, in their own units; one experiment's value of a parameter has the experiment's name after the symbol."""
-    units = (unit or ("-" if parameter in _DIMENSIONLESS else "") for parameter, unit in zip(space.parameters, space.units))
-    return tuple(
-        Quantity(symbol(parameter) + name.removeprefix(parameter), re.sub(r"^log10\b", "log_{10}", unit))
-        for name, parameter, unit in zip(space.names, space.parameters, units)
-    )
+    return tuple(parameter(name, unit) for name, unit in zip(space.names, space.units))
+
+
+def parameter(name: str, unit: str) -> Quantity:
+    """A parameter by its name, which has an experiment's name in brackets behind it where it has a value in each, and by its unit."""
+    base = name.partition(" (")[0]
+    return Quantity(symbol(base) + name.removeprefix(base), re.sub(r"^log10\b", "log_{10}", unit or ("-" if base in _DIMENSIONLESS else "")))
 
 
 def symbol(name: str) -> str:

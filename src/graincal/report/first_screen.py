@@ -15,7 +15,6 @@ from graincal.drawing.figure import Figure
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import ByHandModel, StressPathTest
 from graincal.notation import numbers
-from graincal.notation.quantities import parameters
 from graincal.report.answer import answer_of, as_samples, name_of_answer
 from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
 from graincal.report.page import Page
@@ -85,12 +84,7 @@ def of_answer(result: Record, emulated: Emulated | None) -> Table:
     summary = summarise(result, emulated)
     so_far = "" if has_settled(result) or not result.has_posterior else " so far"
     head = ["parameter", "answer", f"{100 * PROBABILITY:.0f} % interval{so_far}", "informed by"]
-    rows = []
-    for each, (_, answer, within, *_, by), shown, unit in zip(summary, summary.rows, parameters(result.space), result.space.units):
-        rows.append((shown.axis, answer, within, by))
-        if unit == "log10 Pa":
-            stiffness, ends = 10**each.answer / 1e9, each.interval and (10 ** each.interval[0] / 1e9, 10 ** each.interval[1] / 1e9)
-            rows.append((f"{shown.label.removeprefix('log ')} [GPa]", numbers.within(stiffness, ends), numbers.between(*ends) if ends else "–", by))
+    rows = [(each.quantity.axis, each.answer, each.interval, each.informed_by) for each in summary.rows]
     known = [column for column in range(4) if column < 2 or any(row[column] != "–" for row in rows)]
     return Table(tuple(head[column] for column in known), tuple(tuple(row[column] for column in known) for row in rows), figures=1)
 

@@ -99,7 +99,7 @@ class Finding:
         """The finding in words, in markup."""
         label, unit = self.quantity.label, self.quantity.behind
         holds = "at least fit about as well" if self.outlined and self.widest == self.close else f"hold {MOST}"
-        values = f"{numbers.between(*self.widest)}{unit}{self._in_plain_units()} {holds}"
+        values = f"{numbers.between(*self.widest)}{unit}{self.quantity.without_log(*self.widest)} {holds}"
         if not self.outlined and self.close[1] - self.close[0] > self.high - self.low:
             values += f", and the few samples that fit about as well lie from {numbers.between(*self.close)}{unit}"
         estimate = f"{numbers.estimate(self.mean, self.std)}{unit}"
@@ -133,18 +133,6 @@ class Finding:
             (False, False): "lies outside {} and the values that fit about as well",
         }[weighted, close]
         return f"{truth} {said.format(interval)}."
-
-    def _in_plain_units(self) -> str:
-        """For a logarithm of a quantity with a unit, the quantity itself."""
-        prefix, _, unit = self.quantity.unit.partition(" ")
-        if prefix != "log_{10}" or not unit or not self.quantity.label.startswith("log "):
-            return ""
-        power = 3 * math.floor(sum(self.widest) / 6)
-        prefixes = {3: "k", 6: "M", 9: "G", -3: "m", -6: "µ", 0: ""}
-        if power not in prefixes:
-            return ""
-        low, high = (10 ** (end - power) for end in self.widest)
-        return f" ({self.quantity.label[4:]} from {numbers.between(low, high)} {prefixes[power]}{unit})"
 
 
 def find(space: ParameterSpace, iterations: Sequence[Iteration], truth: Mapping[str, float] = MappingProxyType({})) -> tuple[Finding, ...]:

@@ -85,7 +85,7 @@ def _of_parameters(result: Record) -> list[Remark]:
     for shown, name, mean, std, low, high, shrinkage in zip(parameters(space), space.names, *moments):
         code = code_of(result, shrinkage)
         verdict = f"{shown.label}, so far" if code == "interval-so-far" else f"{shown.label} is {WORDS[code]}"
-        text = f"{verdict}: {numbers.between(low, high)}{shown.behind} with {100 * PROBABILITY:.0f} % probability, {numbers.estimate(mean, std)} (mean ± sd)."
+        text = f"{verdict}: {numbers.between(low, high)}{shown.behind}{shown.without_log(low, high)} with {100 * PROBABILITY:.0f} % probability, {numbers.estimate(mean, std)} (mean ± sd)."
         if std > FAR_TAILS * (high - low):
             text += " The sd is large beside the interval, for a small part of the probability lies far from it."
         if (truth := result.truth.get(name)) is not None:
@@ -131,7 +131,7 @@ def _fitting(result: Record, known: ByEmulators | None) -> list[Remark]:
     if fits is None:
         return []
     figures = {"runs": fits.count, "parameters": len(fits.low), "range": dict(zip(result.space.names, map(list, zip(fits.low, fits.high))))}
-    values = listed([f"{shown.label} {numbers.between(low, high)}{shown.behind}" for shown, low, high in zip(parameters(result.space), fits.low, fits.high)])
+    values = listed([f"{shown.label} {numbers.between(low, high)}{shown.behind}{shown.without_log(low, high)}" for shown, low, high in zip(parameters(result.space), fits.low, fits.high)])
     fit = f"{numbers.count(fits.count, 'run')} fit{'s' * (fits.count == 1)} about as well as {_measured_by(fits)}"
     if fits.enough:
         return [remark("fits-about-as-well", f"{fit}: {values}. These were run; values between and beside them may fit as well.", **figures)]
@@ -144,7 +144,7 @@ def _measured_by(fits: LikelyRuns) -> str:
 
 def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
     answer, evaluations = result.answer, result.evaluations
-    theta = ", ".join(f"{shown.label} {numbers.value(value, 3)}{shown.behind}" for shown, value in zip(parameters(result.space), answer.theta))
+    theta = ", ".join(f"{shown.label} {numbers.value(value, 3)}{shown.behind}{shown.without_log(value)}" for shown, value in zip(parameters(result.space), answer.theta))
     said = [remark("answer", f"The answer, which fits best as far as the emulator knows: {theta}.", theta=dict(zip(result.space.names, answer.theta)))]
     has_error = np.isfinite(answer.errors)
     figures = {"errors": answer.errors, "mean": answer.mean, "spread": answer.spread}

@@ -29,7 +29,7 @@ def status(folder: str | Path) -> dict[str, Any]:
 
     folder; state: "running" (a process holds it), "interrupted" (none does, and it is not at its end), "waiting" (so, for runs that somebody makes by hand) or "finished".
     graincal: the version that began it; started, updated: ISO 8601, when it began and when the last evaluation ended.
-    method, seed, parameters (names), experiments (names).
+    method, seed, parameters (names), units: {parameter: unit, "" for none}, experiments (names).
     evaluations, failures, stopped: samples evaluated in every experiment, or failed or stopped early in one; those that failed; those that were stopped.
     failure_kinds: {kind: how many evaluations failed so}, the most frequent first.
     first_look: the status of the first look, where one is taken first, as that of a campaign; None where none is, or it has not begun.
@@ -74,6 +74,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "method": store.description["method"],
         "seed": store.description["seed"],
         "parameters": list(store.calibration.space.names),
+        "units": dict(zip(store.calibration.space.names, store.calibration.space.units)),
         "experiments": [experiment.name for experiment in store.calibration.experiments],
         "evaluations": counts["evaluated"],
         "failures": counts["failed"],

@@ -13,7 +13,7 @@ from graincal.campaign.found.remarks import WEAKLY
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.markup import to_html, to_plain
-from graincal.notation.quantities import parameters, quantity
+from graincal.notation.quantities import Quantity, parameters, quantity
 
 if TYPE_CHECKING:
     from graincal.campaign.found.emulated import Emulated
@@ -36,15 +36,31 @@ class ParameterSummary:
 
 
 @dataclass(frozen=True)
+class Row:
+    """A row of the table as it is shown, in markup: a parameter, or what a parameter is the logarithm of."""
+
+    quantity: Quantity
+    answer: str
+    interval: str
+    range: str
+    informed_by: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Those below `_HEAD`."""
+        return self.quantity.label, self.answer, self.interval, self.quantity.unit or "-", self.range, self.informed_by
+
+
+@dataclass(frozen=True)
 class Summary:
-    """What a result comes to. state: whether it has settled, and what ended it, in a sentence. error: percent, Eq. 6 (Hartmann, Cheng, Thornton 2022), of the answer; NaN where it was not run. rows: the table as it is shown, in markup, without its head."""
+    """What a result comes to. state: whether it has settled, and what ended it, in a sentence. error: percent, Eq. 6 (Hartmann, Cheng, Thornton 2022), of the answer; NaN where it was not run. rows: the table as it is shown, without its head; a logarithm of a stiffness has the stiffness in GPa below it."""
 
     state: str
     evaluations: int
     failures: int
     error: float
     parameters: tuple[ParameterSummary, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: tuple[Row, ...]
 
     def __getitem__(self, parameter: str) -> ParameterSummary:
         for each in self.parameters:
@@ -59,14 +75,14 @@ class Summary:
         return len(self.parameters)
 
     def __repr__(self) -> str:
-        lines = [_HEAD, *(tuple(to_plain(cell) for cell in row) for row in self.rows)]
+        lines = [_HEAD, *(tuple(to_plain(cell) for cell in row.cells) for row in self.rows)]
         widths = [max(map(len, column)) for column in zip(*lines)]
         return "\n".join([self._counted, *("  ".join(f"{cell:{width}}" for cell, width in zip(line, widths)).rstrip() for line in lines)])
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the same as a table."""
         head = "".join(f"<th>{name}</th>" for name in _HEAD)
-        rows = "".join(f"<tr>{''.join(f'<td>{to_html(cell)}</td>' for cell in row)}</tr>" for row in self.rows)
+        rows = "".join(f"<tr>{''.join(f'<td>{to_html(cell)}</td>' for cell in row.cells)}</tr>" for row in self.rows)
         return f"<div><p>{html.escape(self._counted)}</p><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
 
     @property
@@ -89,9 +105,17 @@ def summarise(result: Record, emulated: Emulated | None) -> Summary:
         span, by = (float(space.low[k]), float(space.high[k])), None if informed is None else informed[k]
         answer = np.nan if theta is None else float(theta[k])
         found.append(ParameterSummary(space.names[k], answer, ends, shown.unit, span, None if by is None else to_plain(by)))
-        within = "–" if ends is None else numbers.between(*ends)
-        rows.append((shown.label, numbers.within(answer, ends), within, shown.unit or "-", f"{numbers.short(span[0])} to {numbers.short(span[1])}", by or "–"))
+        rows += _rows(shown, answer, ends, span, by or "–")
     return Summary(_state(result), result.evaluations, result.failures, error, tuple(found), tuple(rows))
+
+
+def _rows(shown: Quantity, answer: float, ends: tuple[float, float] | None, span: tuple[float, float], by: str) -> list[Row]:
+    """A parameter, and below it what it is the logarithm of."""
+    within = "–" if ends is None else numbers.between(*ends)
+    rows = [Row(shown, numbers.within(answer, ends), within, f"{numbers.short(span[0])} to {numbers.short(span[1])}", by)]
+    if shown.antilog:
+        rows += _rows(shown.antilog, *shown.raised(answer), ends and shown.raised(*ends), shown.raised(*span), by)
+    return rows
 
 
 def _answer(result: Record) -> tuple[np.ndarray | None, float]:

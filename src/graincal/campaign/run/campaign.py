@@ -11,6 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from graincal.campaign.asked.calibration import Calibration, Filter
 from graincal.campaign.asked.file_names import file_name
+from graincal.campaign.asked.limits import Limits
+from graincal.campaign.file.forecast import Forecast
 from graincal.campaign.found.replay import tell
 from graincal.campaign.run.evaluations import Evaluations
 from graincal.campaign.run.packing_study import study_packings
@@ -55,10 +57,20 @@ class Campaign:
 
     def _to_the_end(self) -> Result:
         filter = self.calibration.new_filter(self.store.look)
+        self._say_what_is_expected(filter)
         # Evaluations in threads go on while a filter that asks for batches ahead limits the threads of linear algebra, which holds for all of a process: their last digits
         # would depend on when they run, if it did not hold all the time.
         with threadpool_limits(1) if getattr(filter, "ahead", 0) else nullcontext(), closing(self._evaluations()) as evaluations:
             return self._run(filter, evaluations)
+
+    def _say_what_is_expected(self, filter: Filter) -> None:
+        """To listeners, of a filter before its first round."""
+        limits, known, stop = Limits.of(self.calibration, filter), self.calibration.known, self.calibration.stop
+        settles = isinstance(filter, PosteriorFilter) and stop.posterior_shift is not False
+        evaluations = Forecast.of(limits.first, len(known) if known else 0, limits.evaluations).evaluations if settles else None
+        seconds = None if stop.hours is False else max(3600 * stop.hours - self._spent, 0.0)
+        for listener in self.listeners:
+            listener.expects(evaluations, limits.evaluations, seconds)
 
     def _run(self, filter: Filter, evaluations: Evaluations) -> Result:
         known = len(self.store.iterations())

@@ -89,6 +89,8 @@ class Evaluations:
         if self.calibration.by_hand:
             folder = self.store.folder
             raise InputError(f"{folder}: runs on packings like that of {experiment.name} come next, which are prepared here and cannot be made by hand; graincal makes them by: graincal resume {shlex.quote(str(folder))}")
+        for listener in self.listeners:
+            listener.evaluates_beside(len(samples))
         self._submit(iteration, self._tasks(iteration, number, samples, experiment))
         self._until_ended(iteration)
 

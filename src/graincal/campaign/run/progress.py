@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration, round_of
+from graincal.campaign.run.outlook import Outlook
 from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.listener import Listener
 from graincal.data import Failure, Response
@@ -33,6 +34,7 @@ class Progress(Listener):
         self._learnt: list[Learnt | None] = []
         self._done = self._total = self._failed = self._stopped = 0
         self._began = self._said = time.monotonic()
+        self._looks = self._is_look = False
         self._live = Live(console=console, get_renderable=self._picture, refresh_per_second=4) if console.is_terminal or console.is_jupyter else None
 
     def __enter__(self) -> Progress:
@@ -50,6 +52,16 @@ class Progress(Listener):
         self._limit = f" (of at most {most})" if most else ""
         self._iterations, self._learnt, self._heading = [], [], ""
         self._done = self._total = self._failed = self._stopped = 0
+        self._outlook = Outlook(calibration)
+        self._is_look, self._looks = self._looks, False
+
+    def looks_first(self) -> None:
+        self._looks = True
+
+    def expects(self, evaluations: int | None, at_most: int | None, seconds: float | None) -> None:
+        # Of the campaign that a look is for nothing is known yet.
+        if not self._is_look:
+            self._outlook.expects(evaluations, at_most, seconds)
 
     def remark(self, text: str) -> None:
         self._console.print(text, soft_wrap=True)
@@ -58,10 +70,15 @@ class Progress(Listener):
         self._heading = f"{self._of} {iteration}{self._limit}, {experiment}"
         # Beside what is left of a batch before it, which this one was asked for ahead of.
         self._done, self._total, self._failed, self._stopped, self._began = 0, self._total - self._done + waiting, 0, 0, time.monotonic()
+        self._outlook.asks(iteration, samples)
         self._line(f"{self._heading}: {waiting} of {samples} samples to evaluate")
+
+    def evaluates_beside(self, waiting: int) -> None:
+        self._total += waiting
 
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
         self._done += 1
+        self._outlook.evaluated()
         self._failed += isinstance(outcome, Failure)
         self._stopped += isinstance(outcome, Response) and outcome.stopped
         if time.monotonic() - self._said > PAUSE:
@@ -70,6 +87,7 @@ class Progress(Listener):
     def iteration_ends(self, iteration: Iteration, replayed: bool, learnt: Learnt | None) -> None:
         self._iterations.append(iteration)
         self._learnt.append(learnt)
+        self._outlook.holds(iteration.index, len(iteration.samples))
         if self._done >= self._total:
             self._heading = ""
         self._line("; ".join(f"{name} {value}" for name, value in zip(self._columns(), self._row(iteration))))
@@ -80,8 +98,9 @@ class Progress(Listener):
             self._console.print(text, soft_wrap=True)
 
     def _counts(self) -> str:
-        elapsed = time.monotonic() - self._began
-        left = f", {duration(elapsed / self._done * (self._total - self._done))} left" if self._done else ""
+        elapsed, waiting = time.monotonic() - self._began, self._total - self._done
+        left = f", {duration(elapsed / self._done * waiting)} left in this {self._of}" if self._done else ""
+        left += f", {words}" if (words := self._outlook.words(waiting)) else ""
         stopped = f", {self._stopped} stopped early" if self._stopped else ""
         return f"{self._done} of {self._total} evaluated, {self._failed} failed{stopped}{left}"
 

@@ -247,6 +247,7 @@ def _with_first_look(calibration: Calibration, store: Store, listeners: Sequence
     others = [listener for listener in listeners if not isinstance(listener, Lines)]
     for listener in listeners:
         listener.remark("Takes a first look by cheaper models.")
+        listener.looks_first()
     folder, began = store.folder / LOOK if store.folder else None, time.monotonic()
     if folder and holds_campaign(folder):
         result = resume(folder, workers=calibration.workers, listeners=others, trust=True)

@@ -56,6 +56,9 @@ class Steps(Listener):
         self._total = self._total - self._done + waiting
         self._number, self._done, self._failed, self._stopped, self._began = iteration, 0, 0, 0, time.monotonic()
 
+    def evaluates_beside(self, waiting: int) -> None:
+        self._total += waiting
+
     def evaluated(self, sample: int, experiment: str, outcome: Response | Failure) -> None:
         self._done += 1
         self._evaluations += 1
