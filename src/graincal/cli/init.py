@@ -16,7 +16,8 @@ from graincal.files import unwritable
 
 if TYPE_CHECKING:
     from graincal.dem.packing import Packing
-    from graincal.laboratory import Known, Understanding
+    from graincal.laboratory import Known, NotUnderstood, Understanding
+    from graincal.laboratory.table import Table
 
 
 class Kind(str, Enum):
@@ -60,7 +61,6 @@ def init(
     from graincal.cli.outputs import check_file
     from graincal.cli.preparing import asked_preparation, check_alone, out_of_reach
     from graincal.laboratory import NotUnderstood, describe
-    from graincal.laboratory.describe import describe_table, list_columns
     from graincal.laboratory.table import read_table
 
     given = dict(
@@ -81,7 +81,7 @@ def init(
     except NotUnderstood as refusal:
         table = read_table(file, encoding=encoding, sheet=sheet)
         _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
-        say("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
+        _say_columns(table, refusal)
         say(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
         return
     _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
@@ -94,6 +94,13 @@ def init(
         say(note)
     asked = f'Answer the {len(found.questions)} question{"s" * (len(found.questions) > 1)} where it says "?"' if found.questions else "Read the lines that say CHECK"
     say(f"\nWritten to {output}. {asked}, then: graincal check {output}")
+
+
+def _say_columns(table: Table, refusal: NotUnderstood) -> None:
+    """Why a file is not understood, and the columns that it has."""
+    from graincal.laboratory.describe import describe_table, list_columns
+
+    say("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
 
 
 def _look(file: Path, given: dict[str, Any], has_void_ratio: bool) -> Understanding:
