@@ -2,8 +2,8 @@
 # make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
 # make test-cluster    the faults of a cluster, through a real Slurm of one node: a quarter of an hour; needs root, and the packages slurm-wlm and munge
 # make docs    the documentation as a site, in build/site; a warning or a broken link is an error
-# make lint    what ruff and mypy say of the code, in a virtual environment of their own, .venv-lint: half a minute at first, seconds later
-# make format    the formatters, on the files that FILES names
+# make lint    what ruff, clang-format and mypy say of the code, in a virtual environment of their own, .venv-lint: half a minute at first, seconds later
+# make format    the formatters, ruff's and clang-format, on the whole code
 # All create the virtual environment .venv and build what they need first.
 PYTHON ?= python3
 VENV := .venv
@@ -27,14 +27,18 @@ docs: $(DOCS_INSTALLED)
 	@echo "build/site/index.html"
 
 LINT := .venv-lint
+PYTHON_SOURCES := src tests benchmarks examples tools
+NATIVE_SOURCES := $(shell find native -name '*.hpp' -o -name '*.cpp' -o -name '*.cu')
 
 lint: $(LINT)/.installed
-	$(LINT)/bin/ruff check src tests benchmarks examples
+	$(LINT)/bin/ruff check $(PYTHON_SOURCES)
+	$(LINT)/bin/ruff format --check --quiet $(PYTHON_SOURCES)
+	$(LINT)/bin/clang-format --dry-run --Werror $(NATIVE_SOURCES)
 	$(LINT)/bin/mypy src/graincal
 
 format: $(LINT)/.installed
-	@test -n "$(FILES)" || { echo "make format FILES='...': the files to format, Python or C++"; exit 2; }
-	@for file in $(FILES); do case $$file in *.py) $(LINT)/bin/ruff format $$file;; *) $(LINT)/bin/clang-format -i $$file;; esac; done
+	$(LINT)/bin/ruff format $(PYTHON_SOURCES)
+	$(LINT)/bin/clang-format -i $(NATIVE_SOURCES)
 
 $(LINT)/.installed: pyproject.toml
 	test -x $(LINT)/bin/pip || $(PYTHON) -m venv $(LINT)

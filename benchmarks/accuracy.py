@@ -49,7 +49,9 @@ def main() -> None:
     if not os.environ.get("GRAINCAL_REFERENCE_DATA"):
         raise SystemExit("GRAINCAL_REFERENCE_DATA must name the folder with the packings.")
     rows = read_rows(arguments.output)
-    print(f"{'case':44}{'quantity':20}{'difference of the means, % of the peak: curve':>46}{'largest value':>24}{'two replicates apart':>24}{'steps':>8}  within 1 % / 3 % or half of that")
+    print(
+        f"{'case':44}{'quantity':20}{'difference of the means, % of the peak: curve':>46}{'largest value':>24}{'two replicates apart':>24}{'steps':>8}  within 1 % / 3 % or half of that"
+    )
     for case in arguments.cases:
         rows = run_missing(case, arguments, rows)
         show(case, [row for row in rows if row["case"] == case and int(row["replicate"]) < arguments.replicates])
@@ -69,7 +71,13 @@ def run_missing(case: str, arguments: argparse.Namespace, rows: list[dict[str, s
             if not isinstance(response, gc.Response):
                 raise SystemExit(f"{case}: a run gave no curve to compare: {response}")
             values = np.concatenate([response.values[name] for name in OBSERVABLES])
-            row = {"case": case, "accuracy": accuracy, "replicate": str(replicate), "steps": str(response.details["steps"]), "flagged": str(response.details["flagged"])}
+            row = {
+                "case": case,
+                "accuracy": accuracy,
+                "replicate": str(replicate),
+                "steps": str(response.details["steps"]),
+                "flagged": str(response.details["flagged"]),
+            }
             rows = [*rows, row | {name: repr(float(value)) for name, value in zip(COLUMNS, values)}]
             append_row(arguments.output, rows[-1], FIELDS)
     return rows
@@ -80,7 +88,8 @@ def show(case: str, rows: list[dict[str, str]]) -> None:
     steps = {accuracy: np.mean([int(row["steps"]) for row in rows if row["accuracy"] == accuracy]) for accuracy in ACCURACIES}
     for name, limit in zip(OBSERVABLES, (1.0, 3.0)):
         curves = {
-            accuracy: np.array([[float(row[f"{name} {state}"]) for state in range(len(STRAINS))] for row in rows if row["accuracy"] == accuracy]) for accuracy in ACCURACIES
+            accuracy: np.array([[float(row[f"{name} {state}"]) for state in range(len(STRAINS))] for row in rows if row["accuracy"] == accuracy])
+            for accuracy in ACCURACIES
         }
         peak = np.abs(curves["reference"].mean(axis=0)).max() / 100
         of_curve = interval(curves["standard"].mean(axis=1) / peak, curves["reference"].mean(axis=1) / peak)

@@ -40,7 +40,9 @@ def main() -> None:
     parser.add_argument("--truths", type=int, default=6)
     parser.add_argument("--samples", type=int, default=100, help="draws from the posterior, for advice and for the runs of both tests")
     parser.add_argument("--filling", type=int, default=200, help="runs of both tests that fill the ranges")
-    parser.add_argument("--evaluations", type=int, default=400, help="the most of the campaign, and of each joint calibration beside the runs that it learns from")
+    parser.add_argument(
+        "--evaluations", type=int, default=400, help="the most of the campaign, and of each joint calibration beside the runs that it learns from"
+    )
     parser.add_argument("--strain", type=float, default=0.05, help="the last axial strain of all tests")
     parser.add_argument("--workers", type=int)
     arguments = parser.parse_args()
@@ -62,7 +64,12 @@ def main() -> None:
             joint = jointly(campaign, test, measured, runs, arguments.evaluations, arguments.folder / f"test-{number}-truth-{truth}", workers)
             found[test.name].append(covariance(joint))
             said = joint.posterior.std() / campaign.posterior.std()
-            print(f"{test.name}, truth {truth + 1}: " + ", ".join(f"{name} {share:.2f}" for name, share in zip(campaign.space.names, said)) + ("" if joint.settled else ", not settled"), flush=True)
+            print(
+                f"{test.name}, truth {truth + 1}: "
+                + ", ".join(f"{name} {share:.2f}" for name, share in zip(campaign.space.names, said))
+                + ("" if joint.settled else ", not settled"),
+                flush=True,
+            )
     show(campaign, advice, {name: np.array(each) for name, each in found.items()})
 
 
@@ -70,7 +77,9 @@ def base(strain: float, evaluations: int, workers: int | str) -> Calibration:
     """The demo's calibration, up to an axial strain."""
     whole = demo.reference(demo.sibling())
     rows = whole.control <= strain * (1 + 1e-9)
-    reference = gc.Reference(whole.control[rows], {name: values[rows] for name, values in whole.observables.items()}, None, whole.measurement_errors, simulated=True)
+    reference = gc.Reference(
+        whole.control[rows], {name: values[rows] for name, values in whole.observables.items()}, None, whole.measurement_errors, simulated=True
+    )
     asked = demo.calibration(demo.packing(), reference, workers=workers)
     return Calibration(asked.space, asked.experiments, filter_options=asked.filter_options, stop=gc.Stop(max_evaluations=evaluations), workers=workers)
 
@@ -103,7 +112,9 @@ def made(campaign: gc.Result, test: CandidateTest, theta: NDArray[np.float64], s
     return test.reference(exact.values + off, simulated=True)
 
 
-def jointly(campaign: gc.Result, test: CandidateTest, measured: gc.Reference, runs: Sequence[Path], evaluations: int, folder: Path, workers: int | str) -> gc.Result:
+def jointly(
+    campaign: gc.Result, test: CandidateTest, measured: gc.Reference, runs: Sequence[Path], evaluations: int, folder: Path, workers: int | str
+) -> gc.Result:
     asked = lambda: Calibration(campaign.space, together(campaign, test, measured), stop=gc.Stop(max_evaluations=evaluations), workers=workers)  # noqa: E731
     return begin_or_resume(folder, asked, runs)
 

@@ -81,7 +81,9 @@ def compare_packings(data: Path, count: int) -> None:
         show(f"packing_2000 against the mean of {count}", larger, mean(prepared))
 
 
-def replicates(packing: gc.Packing, theta: list[float], strains: np.ndarray, scalings: tuple[int, ...], accuracy: str = "standard") -> list[dict[str, np.ndarray]]:
+def replicates(
+    packing: gc.Packing, theta: list[float], strains: np.ndarray, scalings: tuple[int, ...], accuracy: str = "standard"
+) -> list[dict[str, np.ndarray]]:
     curves = []
     for scaling in scalings:
         response = gc.TriaxialTest(packing, 0.5e6, density_scaling=scaling, accuracy=accuracy).simulate([theta], at=strains)[0]

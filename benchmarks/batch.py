@@ -53,7 +53,9 @@ def main() -> None:
     print(f"{len(samples)} samples of {packing.count} particles to {at[-1]:.0%} of axial strain, {arguments.precision}, {arguments.threads} threads")
     print(f"wall {wall:.1f} s, busy {seconds.sum():.1f} s, {packing.count * steps.sum() / seconds.sum() / 1e6:.2f} million particle-steps a second and thread")
     print(f"idle share {1 - seconds.sum() / (arguments.threads * wall):.1%}, the longest run {seconds.max() / wall:.1%} of the wall time")
-    print(f"steps {steps.min():,} to {steps.max():,}; off from what was expected by a factor of {np.exp(off.std()):.2f}; {failures} failures, {flagged} flagged states")
+    print(
+        f"steps {steps.min():,} to {steps.max():,}; off from what was expected by a factor of {np.exp(off.std()):.2f}; {failures} failures, {flagged} flagged states"
+    )
     if arguments.lengths:
         with open(arguments.lengths, "w", newline="") as file:
             writer = csv.writer(file)

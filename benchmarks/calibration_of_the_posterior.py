@@ -106,9 +106,7 @@ def repetition(number: int, model_error: bool) -> dict[str, str]:
 
         known = quantities(truth[None])[0]
         mean = posterior.mean()
-        found = [
-            rank(known, quantities(theta), posterior.weights, DRAWS, rng) for theta in (posterior.samples, mean + SHRUNK * (posterior.samples - mean))
-        ]
+        found = [rank(known, quantities(theta), posterior.weights, DRAWS, rng) for theta in (posterior.samples, mean + SHRUNK * (posterior.samples - mean))]
     held_out = max(filter.emulation.held_out)
     row = (number, len(filter.evaluations), filter.stopped_by, f"{held_out:.4f}", f"{seconds:.1f}", *found[0], *found[1])
     return {field: str(value) for field, value in zip(FIELDS, row)}

@@ -193,7 +193,9 @@ def _thinned(posterior: gc.Posterior) -> list[list[float]]:
 
 def print_table(rows: list[dict]) -> None:
     """A row for each calibration, with the rank of the truth among the posterior's samples, in percent, for each parameter."""
-    print(f"\n{'reference':18}{'method':24}{'seed':>5}{'floor %':>9}{'apart %':>9}{'through at':>12}{'hours':>7}{'error %':>9}{'at the end %':>14}{'in all':>8}{'hours':>7}{'best %':>8}   ranks of the truth, %")
+    print(
+        f"\n{'reference':18}{'method':24}{'seed':>5}{'floor %':>9}{'apart %':>9}{'through at':>12}{'hours':>7}{'error %':>9}{'at the end %':>14}{'in all':>8}{'hours':>7}{'best %':>8}   ranks of the truth, %"
+    )
     for row in sorted(rows, key=lambda row: (row["reference"], row["method"], row["seed"])):
         samples, through = np.array(row["samples"]), row["through"]
         ranks = (100 * np.mean(samples < np.array(row["truth"]), axis=0)).round().astype(int)

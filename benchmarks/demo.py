@@ -42,9 +42,15 @@ def main() -> None:
         held = np.array([np.sum((low <= truth) & (truth <= high)) for low, high in map(result.posterior.interval, LEVELS)])
         settled, inside = settled + said["settled"], inside + held
         words = f"{(ended - started).total_seconds():.0f} s; " + ", ".join(f"{count} of {len(truth)} in {level:.0%}" for count, level in zip(held, LEVELS))
-        print(f"seed {seed}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} evaluations, {words}; ε of the answer {result.answer.mean:.2f} %", flush=True)
+        print(
+            f"seed {seed}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} evaluations, {words}; ε of the answer {result.answer.mean:.2f} %",
+            flush=True,
+        )
     total = len(arguments.seeds) * len(truth)
-    print(f"{settled} of {len(arguments.seeds)} settled; " + ", ".join(f"{count} of {total} intervals of {level:.0%} hold the truth" for count, level in zip(inside, LEVELS)))
+    print(
+        f"{settled} of {len(arguments.seeds)} settled; "
+        + ", ".join(f"{count} of {total} intervals of {level:.0%} hold the truth" for count, level in zip(inside, LEVELS))
+    )
 
 
 if __name__ == "__main__":

@@ -154,7 +154,9 @@ def posterior_method(goal: Goal, seed: int, pythons: dict[str, str], stops: bool
 
 def _posterior_method(goal: Goal, seed: int, stops: bool, posterior_shift: float | bool) -> PosteriorFilter:
     stop = Stop(posterior_shift=posterior_shift, max_evaluations=MOST_POSTERIOR)
-    filter = PosteriorFilter(SPACE, goal.reference, correlation_length=INDEPENDENT if goal.exact else None, discrepancy=False, stop=stop, seed=seed, early_stop=stops)
+    filter = PosteriorFilter(
+        SPACE, goal.reference, correlation_length=INDEPENDENT if goal.exact else None, discrepancy=False, stop=stop, seed=seed, early_stop=stops
+    )
     while not filter.finished:
         samples, early_stop = filter.ask(), filter.early_stops[0] if stops else None
         responses = goal.evaluate(samples.theta)

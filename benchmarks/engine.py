@@ -71,7 +71,9 @@ def _packings(files: Sequence[str], sizes: Sequence[int]) -> Iterable[tuple[gc.P
     for size in sizes:
         times = next((times for times in (1, 2, 3, 4, 5) if size % times**3 == 0 and size // times**3 <= LARGEST_PREPARED), None)
         if times is None:
-            raise SystemExit(f"--particles {size}: above {LARGEST_PREPARED}, a multiple of 8, 27, 64 or 125 was expected, for it is repeated from a smaller packing.")
+            raise SystemExit(
+                f"--particles {size}: above {LARGEST_PREPARED}, a multiple of 8, 27, 64 or 125 was expected, for it is repeated from a smaller packing."
+            )
         packing = prepare(particles=size // times**3, void_ratio=VOID_RATIO)
         yield (packing, "prepared") if times == 1 else (repeated(packing, times), f"{packing.count} x {times}^3")
 
@@ -108,7 +110,10 @@ def _test(packing: gc.Packing, precision: str) -> gc.TriaxialTest:
 def print_rates(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, repeats: int, precisions: Sequence[str]) -> None:
     """Speed by size, threads and precision."""
     print(f"\nMillion particle-steps a second, all threads together, median of {repeats}")
-    print(f"{'particles':>10}  {'packing':14}{'precision':>10}{'steps':>9}{'contacts/particle':>19}" + "".join(f"{f'{threads} thread(s)':>13}" for threads in (1, 2)))
+    print(
+        f"{'particles':>10}  {'packing':14}{'precision':>10}{'steps':>9}{'contacts/particle':>19}"
+        + "".join(f"{f'{threads} thread(s)':>13}" for threads in (1, 2))
+    )
     for packing, made in packings:
         for precision in precisions:
             rates = {}
@@ -132,12 +137,18 @@ def time_passes(packing: gc.Packing, at: np.ndarray, precision: str) -> dict:
 
 def print_passes(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, precisions: Sequence[str]) -> None:
     """Where the time of a run goes: of the processor, so that whatever else the machine does counts by its caches alone."""
-    print("\nMillion particle-steps a second of the processor's time, share of it in each pass of the steps, percent, and steps between two rebuilds of each list")
+    print(
+        "\nMillion particle-steps a second of the processor's time, share of it in each pass of the steps, percent, and steps between two rebuilds of each list"
+    )
     for n, (packing, precision) in enumerate((packing, precision) for packing, _ in packings for precision in precisions):
         timed = time_passes(packing, at, precision)
         whole = sum(timed["seconds"].values())
         if n == 0:
-            print(f"{'particles':>10}{'precision':>10}{'Mp.-s./s':>10}" + "".join(f"{name:>12}" for name in timed["seconds"]) + f"{'near every':>12}{'outer every':>13}")
+            print(
+                f"{'particles':>10}{'precision':>10}{'Mp.-s./s':>10}"
+                + "".join(f"{name:>12}" for name in timed["seconds"])
+                + f"{'near every':>12}{'outer every':>13}"
+            )
         rate = packing.count * timed["steps"] / whole / 1e6
         row = f"{packing.count:>10}{precision:>10}{rate:>10.1f}" + "".join(f"{100 * seconds / whole:>12.1f}" for seconds in timed["seconds"].values())
         print(row + f"{timed['steps'] / timed['near_rebuilds']:>12.0f}{timed['steps'] / timed['outer_rebuilds']:>13.0f}", flush=True)
@@ -167,7 +178,9 @@ def print_limits(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, pre
     """What a step moves and computes in a second, against what the machine can: one thread."""
     far = _native.triad_rate(400_000_000)
     print("\nThe two passes of every step, forces and motion, against the machine's limits, one thread")
-    print(f"memory: {far / 1e9:.1f} GB/s (triad over 400 MB); computing: " + ", ".join(f"{_native.arithmetic_rate(p) / 1e9:.1f} G/s in {p}" for p in precisions))
+    print(
+        f"memory: {far / 1e9:.1f} GB/s (triad over 400 MB); computing: " + ", ".join(f"{_native.arithmetic_rate(p) / 1e9:.1f} G/s in {p}" for p in precisions)
+    )
     print("(independent multiplications and additions, not contracted, in the widest vectors of the instruction set)")
     print(
         f"{'particles':>10}{'precision':>10}{'pairs/part.':>12}{'bytes/p.-step':>15}{'GB/s':>8}{'held, MB':>10}{'triad there':>13}{'share':>7}"
@@ -217,7 +230,17 @@ def measure_graincal(packing: Path, accuracy: str, at: np.ndarray) -> Measured:
     """`graincal simulate`, and once more from Python what the engine alone takes."""
     curve = packing.with_name("graincal.csv")
     curve.unlink(missing_ok=True)
-    command = [Path(sys.executable).with_name("graincal"), "simulate", "triaxial", "--packing", packing, "--confining-pressure", str(CONFINING_PRESSURE), "--accuracy", accuracy]
+    command = [
+        Path(sys.executable).with_name("graincal"),
+        "simulate",
+        "triaxial",
+        "--packing",
+        packing,
+        "--confining-pressure",
+        str(CONFINING_PRESSURE),
+        "--accuracy",
+        accuracy,
+    ]
     command += ["--axial-strain", str(at[-1]), "--increment", str(INCREMENT), "--quiet", "-o", curve, *_parameters()]
     seconds = measure_process(command)
     test = gc.TriaxialTest(gc.Packing.read(packing), CONFINING_PRESSURE, accuracy=accuracy)
@@ -231,7 +254,9 @@ def _parameters() -> list[str]:
 
 def print_comparison(packings: Sequence[tuple[gc.Packing, str]], at: np.ndarray, repeats: int) -> None:
     """graincal and YADE in turn, on one thread each."""
-    print(f"\ngraincal and YADE in turn, {repeats} times, one thread each: medians, of whole processes in s of the processor, of the engines alone in s, and of steps")
+    print(
+        f"\ngraincal and YADE in turn, {repeats} times, one thread each: medians, of whole processes in s of the processor, of the engines alone in s, and of steps"
+    )
     print(f"{'particles':>10}{'accuracy':>12}{'process':>10}{'YADE':>9}{'times':>8}{'engine':>10}{'YADE':>9}{'times':>8}{'steps':>9}{'YADE':>9}{'share':>7}")
     for packing, _ in packings:
         ours = {accuracy: [] for accuracy in ACCURACIES}

@@ -48,7 +48,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--replicates", type=int, default=5)
     parser.add_argument("--cases", nargs="+", default=CASES, choices=CASES)
-    parser.add_argument("--options", nargs="+", default=list(OPTIONS), choices=list(OPTIONS), metavar="OPTION", help="of the program's list; the paper's protocol comes first")
+    parser.add_argument(
+        "--options", nargs="+", default=list(OPTIONS), choices=list(OPTIONS), metavar="OPTION", help="of the program's list; the paper's protocol comes first"
+    )
     arguments = parser.parse_args()
     if not os.environ.get("GRAINCAL_REFERENCE_DATA"):
         raise SystemExit("GRAINCAL_REFERENCE_DATA must name the folder with the packings and YADE's curves.")

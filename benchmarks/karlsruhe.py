@@ -158,13 +158,21 @@ def show(name: str, folder: Path, result: gc.Result, seconds: float) -> None:
     """One calibration in two lines, and one for each test."""
     said = status(folder)
     started, ended = (datetime.fromisoformat(said[key]) for key in ("started", "updated"))
-    print(f"{name}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} evaluations, {(ended - started).total_seconds() / 60:.1f} min ({seconds / 60:.1f} min now)")
+    print(
+        f"{name}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} evaluations, {(ended - started).total_seconds() / 60:.1f} min ({seconds / 60:.1f} min now)"
+    )
     if result.posterior is not None:
-        print("   " + ", ".join(f"{name} {mean:.3f} ± {std:.3f}" for name, mean, std in zip(result.space.names, result.posterior.mean(), result.posterior.std())))
+        print(
+            "   " + ", ".join(f"{name} {mean:.3f} ± {std:.3f}" for name, mean, std in zip(result.space.names, result.posterior.mean(), result.posterior.std()))
+        )
     if result.answer is not None:
         print("   answer " + ", ".join(f"{value:.3f}" for value in result.answer.theta) + f": ε {result.answer.mean:.2f} ± {result.answer.spread:.2f} %")
     for number, each in enumerate(result.experiments):
-        print(f"   {each.name}, to {each.reference.control[-1]:.3f} in {len(each.reference.control)} rows: " + "; ".join([*answer_in(result, number), cost_in(result, number)]), flush=True)
+        print(
+            f"   {each.name}, to {each.reference.control[-1]:.3f} in {len(each.reference.control)} rows: "
+            + "; ".join([*answer_in(result, number), cost_in(result, number)]),
+            flush=True,
+        )
 
 
 def answer_in(result: gc.Result, number: int) -> list[str]:
@@ -193,7 +201,10 @@ def show_prediction(result: gc.Result, held_out: gc.Experiment) -> None:
     """How a calibration predicts a test that it was not compared with."""
     score = predict(result, held_out.model, held_out.reference.control).against(held_out.reference)
     covered = ", ".join(f"{share:.0%} of {name}" for name, share in score.coverage.items())
-    print(f"   predicts {held_out.name}: the {score.probability:.0%} band holds {covered}; log score {score.log_score:.2f} a value; the mean's error is {score.error:.2f} %", flush=True)
+    print(
+        f"   predicts {held_out.name}: the {score.probability:.0%} band holds {covered}; log score {score.log_score:.2f} a value; the mean's error is {score.error:.2f} %",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":

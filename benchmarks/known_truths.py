@@ -68,7 +68,10 @@ def main() -> None:
         runs = gc.explore(test, SPACE, to=STRAIN[-1], folder=arguments.folder / f"library-{library + 1}", runs=arguments.runs, seed=library + 1)
         row = of_truth(test, number, runs, arguments.folder)
         rows.append(row | {"library": library})
-        print(f"truth {number}: {'settled' if row['settled'] else 'not settled'} after {row['evaluations']} evaluations, ε {row['error']:.2f} %, log density {row['gained']:+.1f}", flush=True)
+        print(
+            f"truth {number}: {'settled' if row['settled'] else 'not settled'} after {row['evaluations']} evaluations, ε {row['error']:.2f} %, log density {row['gained']:+.1f}",
+            flush=True,
+        )
     report(rows, arguments.libraries)
     if arguments.by_the_paper:
         report_paper([of_truth_by_the_paper(test, number, arguments.folder) for number in range(arguments.by_the_paper)])
@@ -125,9 +128,14 @@ def of_truth_by_the_paper(test: gc.TriaxialTest, number: int, folder: Path) -> d
     else:
         truth, curve = reference(test, number)
         stop = gc.Stop(s=0.01, gl_error_increment=False, error=False, error_increment=False, max_iterations=20)
-        result = gc.calibrate(test, curve, SPACE, method="iterative-bayesian", seed=number, alpha=10, stop=stop, folder=place, truth=dict(zip(SPACE.names, truth.tolist())))
+        result = gc.calibrate(
+            test, curve, SPACE, method="iterative-bayesian", seed=number, alpha=10, stop=stop, folder=place, truth=dict(zip(SPACE.names, truth.tolist()))
+        )
     truth, posterior = true_values(result), result.posterior
-    row = {"evaluations": int(result.evaluations), "ranks": rank(truth, posterior.samples, posterior.weights, DRAWS, np.random.default_rng([number, 3])).tolist()}
+    row = {
+        "evaluations": int(result.evaluations),
+        "ranks": rank(truth, posterior.samples, posterior.weights, DRAWS, np.random.default_rng([number, 3])).tolist(),
+    }
     print(f"truth {number} by the paper's method: {row['evaluations']} evaluations", flush=True)
     return row
 
@@ -168,11 +176,16 @@ def held(posterior: gc.Posterior, truth: NDArray[np.float64], level: float) -> i
 def report(rows: list[dict], libraries: int) -> None:
     ranks = np.array([row["ranks"] for row in rows])  # (truths, 2, quantities)
     of = np.array([row["library"] for row in rows])
-    print(f"\n{len(rows)} truths, {sum(row['settled'] for row in rows)} of them settled; {np.median([row['evaluations'] for row in rows]):.0f} evaluations (median)")
+    print(
+        f"\n{len(rows)} truths, {sum(row['settled'] for row in rows)} of them settled; {np.median([row['evaluations'] for row in rows]):.0f} evaluations (median)"
+    )
     # The first two take truths for independent, and those of one library are not.
     show("all truths as if independent, posterior as reported", dict(zip(QUANTITIES, ranks[:, 0].T)), DRAWS, QUANTITIES)
     show(f"all truths as if independent, posterior shrunk to {SHRUNK:g} of its deviation", dict(zip(QUANTITIES, ranks[:, 1].T)), DRAWS, QUANTITIES)
-    uniform = [show(f"truths of library {library + 1}", dict(zip(QUANTITIES, ranks[of == library, 0].T)), DRAWS, QUANTITIES) for library in range(libraries if libraries > 1 else 0)]
+    uniform = [
+        show(f"truths of library {library + 1}", dict(zip(QUANTITIES, ranks[of == library, 0].T)), DRAWS, QUANTITIES)
+        for library in range(libraries if libraries > 1 else 0)
+    ]
     if uniform:
         print(f"\nlibraries whose truths have uniform ranks, as far as one can tell: {sum(uniform)} of {len(uniform)}")
     for level in LEVELS:
@@ -181,7 +194,10 @@ def report(rows: list[dict], libraries: int) -> None:
     total = len(rows) * SPACE.size
     for number, factor in enumerate(FACTORS):
         counts = np.sum([row["held"][number] for row in rows], axis=0)
-        bands = [f"{count} of {total} of {level:.0%} ({binom.ppf(0.025, total, level):.0f} to {binom.ppf(0.975, total, level):.0f})" for count, level in zip(counts, LEVELS)]
+        bands = [
+            f"{count} of {total} of {level:.0%} ({binom.ppf(0.025, total, level):.0f} to {binom.ppf(0.975, total, level):.0f})"
+            for count, level in zip(counts, LEVELS)
+        ]
         print(f"covariances times {factor:g}: {', '.join(bands)}")
     print(f"the truth's log density is {np.mean([row['gained'] for row in rows]):.2f} above the prior's on the mean")
 

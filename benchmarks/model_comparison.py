@@ -85,7 +85,10 @@ def print_table(law: str, packing: gc.Packing, results: dict[str, gc.Result], re
             prediction = gc.predict(result, test_of(packing, model, pressure), STRAIN, samples=SAMPLES, workers=threads)
             scores[pressure][model] = prediction.against(references[pressure])
             print(f"{model}, {pressure / 1e6:g} MPa: {len(prediction.failures)} of {SAMPLES} runs failed", flush=True)
-    print(f"\nmade by {law}\n{'model':22}{'evaluations':>12}{'error %':>9}{'log evidence':>20}" + "".join(f"{f'{pressure / 1e6:g} MPa: log score':>22}{'error %':>9}{'in the band':>14}" for pressure in HELD_OUT))
+    print(
+        f"\nmade by {law}\n{'model':22}{'evaluations':>12}{'error %':>9}{'log evidence':>20}"
+        + "".join(f"{f'{pressure / 1e6:g} MPa: log score':>22}{'error %':>9}{'in the band':>14}" for pressure in HELD_OUT)
+    )
     for each in compare(results):
         result = results[each.name]
         line = f"{each.name:22}{result.evaluations:>12}{result.answer.mean:>9.2f}{f'{each.log_evidence:.1f} ± {each.log_evidence_std:.1f}':>20}"

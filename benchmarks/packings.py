@@ -61,12 +61,17 @@ def calibrated(test: gc.TriaxialTest, curve: str, seed: int, library: Path, plac
 
     def asked() -> Calibration:
         file, simulated = CURVES[curve]
-        reference = gc.Reference.read(Path(os.environ["GRAINCAL_REFERENCE_DATA"]) / file, observables=("stress_ratio", "volumetric_strain"), simulated=simulated)
+        reference = gc.Reference.read(
+            Path(os.environ["GRAINCAL_REFERENCE_DATA"]) / file, observables=("stress_ratio", "volumetric_strain"), simulated=simulated
+        )
         return Calibration(SPACE, [Experiment(curve, test, reference)], filter_options={"packing_scatter": False}, seed=seed)
 
     result = begin_or_resume(place / curve, asked, [library])
     numbers = [[*result.posterior.mean(), result.answer.mean], [*result.posterior.std(), result.answer.spread]]
-    print(f"{place.parent.name}, {curve}, seed {seed}: {'settled' if result.settled else 'not settled'} after {result.evaluations} runs, ε {result.answer.mean:.2f} %", flush=True)
+    print(
+        f"{place.parent.name}, {curve}, seed {seed}: {'settled' if result.settled else 'not settled'} after {result.evaluations} runs, ε {result.answer.mean:.2f} %",
+        flush=True,
+    )
     kept.write_text(json.dumps(np.array(numbers).tolist()))
     return np.array(numbers)
 

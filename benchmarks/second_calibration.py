@@ -62,9 +62,13 @@ def show(name: str, result: gc.Result, folder: Path) -> None:
     said = status(folder)
     started, ended = (datetime.fromisoformat(said[key]) for key in ("started", "updated"))
     known = len(result.calibration.known) if result.calibration.known else 0
-    print(f"{name}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} runs beside {known} known, {(ended - started).total_seconds():.0f} s")
+    print(
+        f"{name}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} runs beside {known} known, {(ended - started).total_seconds():.0f} s"
+    )
     print("   " + ", ".join(f"{name} {mean:.3f} ± {std:.3f}" for name, mean, std in zip(result.space.names, result.posterior.mean(), result.posterior.std())))
-    print("   answer " + ", ".join(f"{value:.3f}" for value in result.answer.theta) + f": ε {result.answer.mean:.2f} ± {result.answer.spread:.2f} %", flush=True)
+    print(
+        "   answer " + ", ".join(f"{value:.3f}" for value in result.answer.theta) + f": ε {result.answer.mean:.2f} ± {result.answer.spread:.2f} %", flush=True
+    )
 
 
 if __name__ == "__main__":

@@ -55,9 +55,13 @@ def show(seed: int, folder: Path, result: gc.Result, seconds: float) -> None:
     """One calibration in three lines."""
     said = status(folder)
     started, ended = (datetime.fromisoformat(said[key]) for key in ("started", "updated"))
-    print(f"seed {seed}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} evaluations, {(ended - started).total_seconds() / 60:.1f} min ({seconds / 60:.1f} min now)")
+    print(
+        f"seed {seed}: {'settled' if said['settled'] else 'not settled'} after {result.evaluations} evaluations, {(ended - started).total_seconds() / 60:.1f} min ({seconds / 60:.1f} min now)"
+    )
     print("   " + ", ".join(f"{name} {mean:.3f} ± {std:.3f}" for name, mean, std in zip(result.space.names, result.posterior.mean(), result.posterior.std())))
-    print("   answer " + ", ".join(f"{value:.3f}" for value in result.answer.theta) + f": ε {result.answer.mean:.2f} ± {result.answer.spread:.2f} %", flush=True)
+    print(
+        "   answer " + ", ".join(f"{value:.3f}" for value in result.answer.theta) + f": ε {result.answer.mean:.2f} ± {result.answer.spread:.2f} %", flush=True
+    )
 
 
 def compare(posteriors: list[gc.Posterior]) -> None:

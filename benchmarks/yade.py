@@ -73,9 +73,15 @@ def agreement(packing: Path, last: float) -> None:
     print(f"{packing.name}, to {100 * last:g} % of axial strain; errors in percent: ε (stress ratio, volumetric strain)")
     for case, theta in CASES.items():
         yades = [values_of(triaxial(packing, PRESSURE, scaling), theta, strains) for scaling in SCALINGS]
-        print(f"{case}: {', '.join(f'{name} {value:g}' for name, value in zip(PARAMETERS, theta))}\n  between YADE's runs                    {between(yades)}", flush=True)
+        print(
+            f"{case}: {', '.join(f'{name} {value:g}' for name, value in zip(PARAMETERS, theta))}\n  between YADE's runs                    {between(yades)}",
+            flush=True,
+        )
         for accuracy in ("standard", "reference"):
-            ours = [values_of(gc.TriaxialTest(gc.Packing.read(packing), PRESSURE, density_scaling=scaling, accuracy=accuracy), theta, strains) for scaling in SCALINGS]
+            ours = [
+                values_of(gc.TriaxialTest(gc.Packing.read(packing), PRESSURE, density_scaling=scaling, accuracy=accuracy), theta, strains)
+                for scaling in SCALINGS
+            ]
             print(f"  between the engine's, {accuracy:16} {between(ours)}\n  means of three, {accuracy:22} {said(apart(mean(yades), mean(ours)))}", flush=True)
 
 
@@ -104,7 +110,9 @@ def said(errors: np.ndarray) -> str:
 
 
 def first_look(packing: Path, last: float, seeds: list[int], evaluations: int) -> None:
-    print(f"{packing.name}, to {100 * last:g} % of axial strain; {', '.join(f'{name} {value:g}' for name, value in TRUTH.items())}; at most {evaluations} evaluations by YADE")
+    print(
+        f"{packing.name}, to {100 * last:g} % of axial strain; {', '.join(f'{name} {value:g}' for name, value in TRUTH.items())}; at most {evaluations} evaluations by YADE"
+    )
     print(f"{'':24}{'seed':>5}{'settled after':>15}{f'within {NEAR:g} %':>13}{'answer ε':>10}{'minutes':>9}  mean ± sd of {', '.join(TRUTH)}")
     with tempfile.TemporaryDirectory() as folder:
         reference(Path(folder), packing, last)
@@ -119,7 +127,9 @@ def reference(folder: Path, packing: Path, last: float) -> None:
     strains = strains_at_rest(np.array([0.0, last]), REST_EVERY)
     values = values_of(triaxial(packing, PRESSURE, 1000), tuple(theta), strains)
     rows = zip(strains, *values.values())
-    (folder / "reference.csv").write_text("\n".join([",".join(("axial_strain", *COMPARED)), *(",".join(f"{value:.8g}" for value in row) for row in rows)]) + "\n")
+    (folder / "reference.csv").write_text(
+        "\n".join([",".join(("axial_strain", *COMPARED)), *(",".join(f"{value:.8g}" for value in row) for row in rows)]) + "\n"
+    )
 
 
 def calibrate(folder: Path, packing: Path, name: str, look: str, seed: int, evaluations: int) -> None:

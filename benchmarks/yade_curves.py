@@ -51,7 +51,20 @@ def main() -> None:
     for case, (pressure, theta) in CURVES.items():
         for scaling in SCALINGS:
             parameters = [text for name, value in theta.items() for text in ("-p", f"{name}={value}")]
-            test = ["--packing", folder / "packing_300.csv", "--confining-pressure", pressure, "--axial-strain", LAST, "--increment", INCREMENT, "--density-scaling", scaling, "--cell-inertia", "graincal"]
+            test = [
+                "--packing",
+                folder / "packing_300.csv",
+                "--confining-pressure",
+                pressure,
+                "--axial-strain",
+                LAST,
+                "--increment",
+                INCREMENT,
+                "--density-scaling",
+                scaling,
+                "--cell-inertia",
+                "graincal",
+            ]
             yade(SCRIPT, *test, *parameters, "-o", folder / f"{case}_{scaling}.csv")
     write_about(folder)
 
@@ -70,7 +83,13 @@ def write_about(folder: Path) -> None:
     checksums = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in PACKINGS}
     packings = {"grading": "toyoura", "void_ratio": VOID_RATIO, "seed": SEED, "sha256": checksums}
     curves = {case: {"confining_pressure": pressure, **theta} for case, (pressure, theta) in CURVES.items()}
-    (folder / "about.json").write_text(json.dumps({"program": f"YADE {version}", "made_by": "benchmarks/yade_curves.py", "packings": packings, "density_scalings": SCALINGS, "curves": curves}, indent=2) + "\n")
+    (folder / "about.json").write_text(
+        json.dumps(
+            {"program": f"YADE {version}", "made_by": "benchmarks/yade_curves.py", "packings": packings, "density_scalings": SCALINGS, "curves": curves},
+            indent=2,
+        )
+        + "\n"
+    )
 
 
 if __name__ == "__main__":

@@ -31,11 +31,22 @@ def build(path, friction):
         table = np.loadtxt(file, delimiter=",", skiprows=1)
     O.periodic = True
     O.cell.setBox(*lengths)
-    rolling = {"isCohesive": False, "momentRotationLaw": True, "alphaKr": ROLLING_STIFFNESS, "alphaKtw": ROLLING_STIFFNESS, "etaRoll": ROLLING_STRENGTH, "etaTwist": ROLLING_STRENGTH}
+    rolling = {
+        "isCohesive": False,
+        "momentRotationLaw": True,
+        "alphaKr": ROLLING_STIFFNESS,
+        "alphaKtw": ROLLING_STIFFNESS,
+        "etaRoll": ROLLING_STRENGTH,
+        "etaTwist": ROLLING_STRENGTH,
+    }
     O.materials.append(CohFrictMat(density=DENSITY, young=YOUNG, poisson=POISSON, frictionAngle=math.radians(friction), **rolling))
     O.bodies.append([utils.sphere((x, y, z), radius) for x, y, z, radius in table.tolist()])
     law = Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)
-    return [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb()]), InteractionLoop([Ig2_Sphere_Sphere_ScGeom6D()], [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()], [law])]
+    return [
+        ForceResetter(),
+        InsertionSortCollider([Bo1_Sphere_Aabb()]),
+        InteractionLoop([Ig2_Sphere_Sphere_ScGeom6D()], [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys()], [law]),
+    ]
 
 
 def vectors(quantity):
@@ -43,13 +54,21 @@ def vectors(quantity):
 
 
 def motion_now():
-    return {"position": vectors(lambda body: body.state.pos), "velocity": vectors(lambda body: body.state.vel), "angular_velocity": vectors(lambda body: body.state.angVel)}
+    return {
+        "position": vectors(lambda body: body.state.pos),
+        "velocity": vectors(lambda body: body.state.vel),
+        "angular_velocity": vectors(lambda body: body.state.angVel),
+    }
 
 
 def contacts_now():
     """(C, 15): particles, normal force, normal, shear force, bending and twisting moments."""
     return np.array(
-        [(i.id1, i.id2, i.phys.normalForce.norm(), *i.geom.normal, *i.phys.shearForce, *i.phys.moment_bending, *i.phys.moment_twist) for i in O.interactions if i.isReal]
+        [
+            (i.id1, i.id2, i.phys.normalForce.norm(), *i.geom.normal, *i.phys.shearForce, *i.phys.moment_bending, *i.phys.moment_twist)
+            for i in O.interactions
+            if i.isReal
+        ]
     )
 
 

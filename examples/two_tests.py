@@ -1,6 +1,6 @@
 """Calibrate a model of one's own against two tests at once, from Python.
 
-    python examples/two_tests.py
+python examples/two_tests.py
 """
 
 import numpy as np

@@ -14,7 +14,9 @@ def error_of(act):
 
 def test_what_kept_a_file_from_being_read_is_said(tmp_path):
     missing = tmp_path / "lab.csv"
-    assert unreadable(missing, error_of(missing.read_text), "a laboratory file") == f"{missing}: there is no such file, and a laboratory file was expected here."
+    assert (
+        unreadable(missing, error_of(missing.read_text), "a laboratory file") == f"{missing}: there is no such file, and a laboratory file was expected here."
+    )
     assert unreadable(tmp_path, error_of(tmp_path.read_text), "a laboratory file") == f"{tmp_path}: this is a folder, and a laboratory file was expected here."
 
 

@@ -13,7 +13,9 @@ ERRORS = {"stress_ratio": gc.MeasurementError(0.01, 0.005, noise=0.002), "volume
 
 
 def drained(**options):
-    return gc.Reference(STRAIN, {"stress_ratio": 1 + 10 * STRAIN, "volumetric_strain": -0.1 * STRAIN, "void_ratio": 0.7 + STRAIN}, measurement_errors=ERRORS, **options)
+    return gc.Reference(
+        STRAIN, {"stress_ratio": 1 + 10 * STRAIN, "volumetric_strain": -0.1 * STRAIN, "void_ratio": 0.7 + STRAIN}, measurement_errors=ERRORS, **options
+    )
 
 
 def test_a_reference_says_what_was_read_in_a_few_lines():

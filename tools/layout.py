@@ -19,4 +19,5 @@ def longest(path: Path) -> tuple[int, str]:
 for folder in map(Path, sys.argv[1:]):
     files = sorted(path for path in folder.rglob("*.py") if "tests" not in path.parts)
     lines, largest = max((len(path.read_text(encoding="utf-8").splitlines()), str(path.relative_to(folder))) for path in files)
-    print(f"{folder}: {len(files)} files; the largest {largest} ({lines} lines); the longest function {'%d lines, %s' % max(map(longest, files))}")
+    of_function, function = max(map(longest, files))
+    print(f"{folder}: {len(files)} files; the largest {largest} ({lines} lines); the longest function {of_function} lines, {function}")

@@ -28,9 +28,19 @@ def take(report: Path, folder: Path) -> None:
         for width, height in SIZES:
             # In a frame, for a headless window may not be as narrow as a telephone.
             frame = Path(scratch) / "frame.html"
-            frame.write_text(f'<body style="margin: 0"><iframe src="{shown.as_uri()}" width="{width}" height="{height}" style="border: 0"></iframe>', encoding="utf-8")
+            frame.write_text(
+                f'<body style="margin: 0"><iframe src="{shown.as_uri()}" width="{width}" height="{height}" style="border: 0"></iframe>', encoding="utf-8"
+            )
             path = folder / f"report_{width}.png"
-            command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--allow-file-access-from-files", "--virtual-time-budget=10000"]
+            command = [
+                browser,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--hide-scrollbars",
+                "--allow-file-access-from-files",
+                "--virtual-time-budget=10000",
+            ]
             command += [f"--user-data-dir={scratch}/profile", f"--window-size={width},{height}", f"--screenshot={path.resolve()}", frame.as_uri()]
             subprocess.run(command, check=True, capture_output=True)
             print(f"{path}: {path.stat().st_size / 1000:.0f} kB")

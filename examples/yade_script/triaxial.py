@@ -47,7 +47,17 @@ O.engines = [
     InsertionSortCollider([Bo1_Sphere_Aabb()]),
     InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_FrictPhys()], [Law2_ScGeom_FrictPhys_CundallStrack()]),
     GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.8, timeStepUpdateInterval=10),
-    PeriTriaxController(label="servo", dynCell=True, mass=3, stressMask=0b111, goal=(-PRESSURE,) * 3, maxStrainRate=(2, 2, 2), relStressTol=0.01, maxUnbalanced=0.01, doneHook="compressed()"),
+    PeriTriaxController(
+        label="servo",
+        dynCell=True,
+        mass=3,
+        stressMask=0b111,
+        goal=(-PRESSURE,) * 3,
+        maxStrainRate=(2, 2, 2),
+        relStressTol=0.01,
+        maxUnbalanced=0.01,
+        doneHook="compressed()",
+    ),
     NewtonIntegrator(damping=0.3),
     PyRunner(iterPeriod=10, command="pass", label="write"),
 ]

@@ -123,9 +123,9 @@ class Batch {
                 status = Status::stopped;
             else
                 status = task.simulation.advance([&] {
-                    return static_cast<Status>(target_.follow({CompiledEngines::index<Engine>(), &state, task.stages.data(),
-                                                               static_cast<Index>(task.stages.size()), &progress, &task.rest, records.data(),
-                                                               steps_between_looks}));
+                    return static_cast<Status>(
+                        target_.follow({CompiledEngines::index<Engine>(), &state, task.stages.data(), static_cast<Index>(task.stages.size()), &progress,
+                                        &task.rest, records.data(), steps_between_looks}));
                 });
         }
         records.resize(progress.records);

@@ -79,22 +79,24 @@ nb::object next_outcome(InterpretedBatch& batch, double patience) {
 template <class Engine> void bind_start(nb::class_<InterpretedBatch>& batch) {
     using Real = typename Engine::Real;
     using Law = typename Engine::Law;
-    batch.def("__init__",
-             [](InterpretedBatch* self, const std::vector<HeldPacking>& packings, const std::vector<typename Engine::GivenLaw>& laws, double density,
-                const std::vector<Stage>& stages, const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set,
-                const std::string& precision, const Economy& economy, const nb::object& watch, const std::vector<Index>& packing_of) {
-                 expect_precision<Engine>(precision);
-                 auto make = [packings, packing_of, laws, density, stages, step_limit, economy](Index k) {
-                     const HeldPacking& packing = packings.at(packing_of.empty() ? 0 : packing_of.at(k));
-                     return Task<Engine>{OwnedSimulation<Real, Law>(packing, laws.at(k).template in_precision<Real>(), density, economy), stages, economy.rest(), step_limit};
-                 };
-                 const Target& target = target_named(instruction_set);
-                 nb::gil_scoped_release release;  // threads that are given up again may wait for it
-                 new (self) InterpretedBatch(std::move(make), order, threads, target, as_watch(watch));
-             },
-             "packings"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
-             "economy"_a = Economy{}, "watch"_a = nb::none(), "packing_of"_a = std::vector<Index>{}, nb::keep_alive<1, 12>(),
-             "packing_of: for each law the number of its packing; all have the first where none are given.");
+    batch.def(
+        "__init__",
+        [](InterpretedBatch* self, const std::vector<HeldPacking>& packings, const std::vector<typename Engine::GivenLaw>& laws, double density,
+           const std::vector<Stage>& stages, const std::vector<Index>& order, unsigned threads, long long step_limit, const std::string& instruction_set,
+           const std::string& precision, const Economy& economy, const nb::object& watch, const std::vector<Index>& packing_of) {
+            expect_precision<Engine>(precision);
+            auto make = [packings, packing_of, laws, density, stages, step_limit, economy](Index k) {
+                const HeldPacking& packing = packings.at(packing_of.empty() ? 0 : packing_of.at(k));
+                return Task<Engine>{OwnedSimulation<Real, Law>(packing, laws.at(k).template in_precision<Real>(), density, economy), stages, economy.rest(),
+                                    step_limit};
+            };
+            const Target& target = target_named(instruction_set);
+            nb::gil_scoped_release release;  // threads that are given up again may wait for it
+            new (self) InterpretedBatch(std::move(make), order, threads, target, as_watch(watch));
+        },
+        "packings"_a, "laws"_a, "density"_a, "stages"_a, "order"_a, "threads"_a, "step_limit"_a, "instruction_set"_a = "", "precision"_a = "float64",
+        "economy"_a = Economy{}, "watch"_a = nb::none(), "packing_of"_a = std::vector<Index>{}, nb::keep_alive<1, 12>(),
+        "packing_of: for each law the number of its packing; all have the first where none are given.");
 }
 
 }  // namespace

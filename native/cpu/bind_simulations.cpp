@@ -78,7 +78,8 @@ template <class Engine> class InteractiveSimulation {
             if (state().steps % steps_between_looks == 0) heed_signals();
             if (state().steps >= step_limit) throw std::runtime_error("the simulation reached its limit of steps");
             status = owned_.advance([&] {
-                return static_cast<Status>(best_target().follow({CompiledEngines::index<Engine>(), &state(), stages.data(), static_cast<Index>(stages.size()), &path_, &rest, records.data(), 1}));
+                return static_cast<Status>(best_target().follow(
+                    {CompiledEngines::index<Engine>(), &state(), stages.data(), static_cast<Index>(stages.size()), &path_, &rest, records.data(), 1}));
             });
         }
         if (status != Status::finished) expect_running(status);
@@ -165,77 +166,94 @@ template <class Engine> void bind_simulation(nb::module_& module) {
     using Real = typename Engine::Real;
     using GivenLaw = typename Engine::GivenLaw;
     using Sim = InteractiveSimulation<Engine>;
-    module.def("Simulation",
-               [](const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density, const std::string& precision, const Economy& economy) {
-                   expect_precision<Engine>(precision);
-                   return Sim(x, r, h, law, density, economy);
-               },
-               "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a, "precision"_a = "float64", "economy"_a = Economy{});
+    module.def(
+        "Simulation",
+        [](const Array2& x, const Array1& r, const Matrix& h, const GivenLaw& law, double density, const std::string& precision, const Economy& economy) {
+            expect_precision<Engine>(precision);
+            return Sim(x, r, h, law, density, economy);
+        },
+        "positions"_a, "radii"_a, "edges"_a, "law"_a, "density"_a, "precision"_a = "float64", "economy"_a = Economy{});
     nb::class_<Sim>(module, simulation_name<Engine>, "A single simulation, advanced by hand.")
         .def("copy", [](const Sim& s) { return Sim(s); })
         .def("run_prescribed", &Sim::run_prescribed, "steps"_a, "velocity_gradient"_a, "time_step"_a, "damping"_a)
         .def("run", &Sim::run, "steps"_a, "damping"_a)
         .def("follow", &Sim::follow, "stages"_a, "economy"_a, "step_limit"_a,
-             "Go on along the stages until one more state is recorded; False where the path was at its end. The state in hand is then that one, or a step behind it.")
-        .def("set_law", [](Sim& s, const GivenLaw& law) {
-            s.state().law = law.template in_precision<Real>();
-            s.state().time_stepper.look_again(s.state().steps);
-        })
-        .def("set_goals", [](Sim& s, const std::vector<AxisGoal>& goals) {
-            for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
-        })
-        .def("set_time_stepper", [](Sim& s, double root, Index longest_wait) { s.state().time_stepper.root = root, s.state().time_stepper.longest_wait = longest_wait; },
-             "root"_a, "longest_wait"_a, "The root of two in the critical time step, and the most steps between two estimates of it.")
+             "Go on along the stages until one more state is recorded; False where the path was at its end. The state in hand is then that one, or a step "
+             "behind it.")
+        .def("set_law",
+             [](Sim& s, const GivenLaw& law) {
+                 s.state().law = law.template in_precision<Real>();
+                 s.state().time_stepper.look_again(s.state().steps);
+             })
+        .def("set_goals",
+             [](Sim& s, const std::vector<AxisGoal>& goals) {
+                 for (Index a = 0; a < 3; ++a) s.state().servo.axis[a] = goals.at(a);
+             })
+        .def(
+            "set_time_stepper",
+            [](Sim& s, double root, Index longest_wait) { s.state().time_stepper.root = root, s.state().time_stepper.longest_wait = longest_wait; }, "root"_a,
+            "longest_wait"_a, "The root of two in the critical time step, and the most steps between two estimates of it.")
         .def_rw("as_yade", &Sim::as_yade, "Move as YADE does, to the letter: for step by step comparison alone.")
         .def("restart_strain", [](Sim& s) { s.state().cell.initial_edges = s.state().cell.edges; })
         .def("set_velocities", [](Sim& s, const Array2& u) { set_given_vectors(s.state().particles, s.state().particles.velocity, u); })
         .def("set_spins", [](Sim& s, const Array2& w) { set_given_vectors(s.state().particles, s.state().particles.spin, w); })
         .def("set_velocity_gradient", [](Sim& s, const Matrix& l) { s.state().cell.velocity_gradient = as_matrix(l); })
-        .def_prop_ro("positions", [](Sim& s) {
-            return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().cell.edges * s.state().particles.fractional[i]; });
-        })
-        .def_prop_ro("velocities", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.velocity[i]; }); },
-                     "Fluctuation velocities u = v - L x, (N, 3), m/s.")
+        .def_prop_ro("positions",
+                     [](Sim& s) {
+                         return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().cell.edges * s.state().particles.fractional[i]; });
+                     })
+        .def_prop_ro(
+            "velocities", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.velocity[i]; }); },
+            "Fluctuation velocities u = v - L x, (N, 3), m/s.")
         .def_prop_ro("spins", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.spin[i]; }); })
         .def_prop_ro("forces", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.load[i].force; }); })
         .def_prop_ro("torques", [](Sim& s) { return given_vectors_as_numpy(s.state().particles, [&](Index i) { return s.state().particles.load[i].torque; }); })
-        .def_prop_ro("radii", [](Sim& s) {
-            const auto& p = s.state().particles;
-            std::vector<double> radii(p.count);
-            for (Index i = 0; i < p.count; ++i) radii[p.given[i]] = p.radius[i];
-            return as_numpy(std::move(radii), {static_cast<std::size_t>(p.count)});
-        })
+        .def_prop_ro("radii",
+                     [](Sim& s) {
+                         const auto& p = s.state().particles;
+                         std::vector<double> radii(p.count);
+                         for (Index i = 0; i < p.count; ++i) radii[p.given[i]] = p.radius[i];
+                         return as_numpy(std::move(radii), {static_cast<std::size_t>(p.count)});
+                     })
         .def_prop_ro("edges", [](Sim& s) { return as_numpy(s.state().cell.edges); })
         .def_prop_ro("velocity_gradient", [](Sim& s) { return as_numpy(s.state().cell.velocity_gradient); })
-        .def_prop_ro("stress_diagonal", [](Sim& s) { return vectors_as_numpy(1, [&](Index) { return s.state().stress; }); },
-                     "Stress xx, yy, zz at the latest force pass, (1, 3), Pa, compression positive.")
-        .def_prop_ro("stress", [](Sim& s) {
-            auto& t = s.state();
-            return as_numpy(stress_tensor(SerialTeam{}, t.law, t.cell, t.particles, t.neighbours.slots));
-        })
-        .def_prop_ro("unbalanced_force", [](Sim& s) {
-            auto& t = s.state();
-            return unbalanced_force(SerialTeam{}, t.law, t.particles, t.neighbours.slots);
-        })
+        .def_prop_ro(
+            "stress_diagonal", [](Sim& s) { return vectors_as_numpy(1, [&](Index) { return s.state().stress; }); },
+            "Stress xx, yy, zz at the latest force pass, (1, 3), Pa, compression positive.")
+        .def_prop_ro("stress",
+                     [](Sim& s) {
+                         auto& t = s.state();
+                         return as_numpy(stress_tensor(SerialTeam{}, t.law, t.cell, t.particles, t.neighbours.slots));
+                     })
+        .def_prop_ro("unbalanced_force",
+                     [](Sim& s) {
+                         auto& t = s.state();
+                         return unbalanced_force(SerialTeam{}, t.law, t.particles, t.neighbours.slots);
+                     })
         .def_prop_ro("kinetic_energy", [](Sim& s) { return kinetic_energy(SerialTeam{}, s.state().particles); })
-        .def_prop_ro("elastic_energy", [](Sim& s) {
-            auto& t = s.state();
-            return elastic_energy(SerialTeam{}, t.law, t.particles, t.neighbours.slots);
-        })
+        .def_prop_ro("elastic_energy",
+                     [](Sim& s) {
+                         auto& t = s.state();
+                         return elastic_energy(SerialTeam{}, t.law, t.particles, t.neighbours.slots);
+                     })
         .def_prop_ro("void_ratio", [](Sim& s) { return s.state().cell.volume() / solid_volume(SerialTeam{}, s.state().particles) - 1; })
         .def_prop_ro("time_step", [](Sim& s) { return s.state().time_step; })
         .def_prop_ro("time", [](Sim& s) { return s.state().time; })
         .def_prop_ro("steps", [](Sim& s) { return s.state().steps; })
-        .def_prop_ro("rebuilds", [](Sim& s) {
-            const auto& n = s.state().neighbours;
-            return nb::make_tuple(n.outer_rebuilds, n.near_rebuilds, n.slots.row[s.state().particles.count], n.outer_row[s.state().particles.count]);
-        }, "Rebuilds of the outer and of the near list, near pairs, outer pairs.")
-        .def_prop_ro("near_pairs", [](Sim& s) {
-            std::vector<Index> ends;
-            for (const RenumberedPair& pair : given_pairs(s.state())) ends.push_back(pair.first), ends.push_back(pair.second);
-            const std::size_t count = ends.size() / 2;
-            return as_numpy(std::move(ends), {count, 2});
-        })
+        .def_prop_ro(
+            "rebuilds",
+            [](Sim& s) {
+                const auto& n = s.state().neighbours;
+                return nb::make_tuple(n.outer_rebuilds, n.near_rebuilds, n.slots.row[s.state().particles.count], n.outer_row[s.state().particles.count]);
+            },
+            "Rebuilds of the outer and of the near list, near pairs, outer pairs.")
+        .def_prop_ro("near_pairs",
+                     [](Sim& s) {
+                         std::vector<Index> ends;
+                         for (const RenumberedPair& pair : given_pairs(s.state())) ends.push_back(pair.first), ends.push_back(pair.second);
+                         const std::size_t count = ends.size() / 2;
+                         return as_numpy(std::move(ends), {count, 2});
+                     })
         .def("contacts", &contacts_of<Engine>)
         .def("fabric", &fabric_of<Engine>);
 }

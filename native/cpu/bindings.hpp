@@ -64,14 +64,22 @@ struct HeldPacking {
 
 inline const char* name_of(Status status) {
     switch (status) {
-        case Status::running: return "running";
-        case Status::finished: return "finished";
-        case Status::cell_too_small: return "cell_too_small";
-        case Status::diverged: return "diverged";
-        case Status::out_of_steps: return "out_of_steps";
-        case Status::out_of_memory: return "out_of_memory";
-        case Status::stopped: return "stopped";
-        default: return "cancelled";
+        case Status::running:
+            return "running";
+        case Status::finished:
+            return "finished";
+        case Status::cell_too_small:
+            return "cell_too_small";
+        case Status::diverged:
+            return "diverged";
+        case Status::out_of_steps:
+            return "out_of_steps";
+        case Status::out_of_memory:
+            return "out_of_memory";
+        case Status::stopped:
+            return "stopped";
+        default:
+            return "cancelled";
     }
 }
 

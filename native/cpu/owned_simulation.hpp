@@ -140,10 +140,15 @@ template <class Real, class Law> class OwnedSimulation {
     template <class Advance> Status advance(Advance step) {
         for (;;) {
             switch (const Status status = step()) {
-                case Status::needs_sorting: sort_in_space(); break;
+                case Status::needs_sorting:
+                    sort_in_space();
+                    break;
                 case Status::needs_more_outer_pairs:
-                case Status::needs_more_near_pairs: make_room(status); break;
-                default: return status;
+                case Status::needs_more_near_pairs:
+                    make_room(status);
+                    break;
+                default:
+                    return status;
             }
         }
     }

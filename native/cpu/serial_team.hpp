@@ -25,8 +25,12 @@ struct FourDoubles {
 } __attribute__((may_alias));
 #endif
 template <class Number> struct FourOf;
-template <> struct FourOf<double> { typedef FourDoubles Vector; };
-template <> struct FourOf<float> { typedef FourFloats Vector; };
+template <> struct FourOf<double> {
+    typedef FourDoubles Vector;
+};
+template <> struct FourOf<float> {
+    typedef FourFloats Vector;
+};
 template <class Number> using Four = typename FourOf<Number>::Vector;
 
 template <class Number> [[gnu::always_inline]] inline Four<Number> load(const Number* from) { return *reinterpret_cast<const Four<Number>*>(from); }
@@ -37,8 +41,12 @@ template <class Number> [[gnu::always_inline]] inline void store(Number* to, con
 #define GRAINCAL_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 #else
 template <class Vector, Index size> struct PlacesOf;
-template <class Vector> struct PlacesOf<Vector, 8> { typedef long long Type __attribute__((vector_size(sizeof(Vector)))); };
-template <class Vector> struct PlacesOf<Vector, 4> { typedef int Type __attribute__((vector_size(sizeof(Vector)))); };
+template <class Vector> struct PlacesOf<Vector, 8> {
+    typedef long long Type __attribute__((vector_size(sizeof(Vector))));
+};
+template <class Vector> struct PlacesOf<Vector, 4> {
+    typedef int Type __attribute__((vector_size(sizeof(Vector))));
+};
 template <class Vector, class... Places> [[gnu::always_inline]] inline Vector shuffled(const Vector& a, const Vector& b, Places... places) {
     return __builtin_shuffle(a, b, typename PlacesOf<Vector, sizeof(a[0])>::Type{places...});
 }
@@ -205,7 +213,8 @@ class SerialTeam {
             }
         }
         PairSide<Real> side(Index k) const {
-            return {{place[0][k], place[1][k], place[2][k]}, place[3][k], {motion[0][k], motion[1][k], motion[2][k]}, {motion[3][k], motion[4][k], motion[5][k]}};
+            return {
+                {place[0][k], place[1][k], place[2][k]}, place[3][k], {motion[0][k], motion[1][k], motion[2][k]}, {motion[3][k], motion[4][k], motion[5][k]}};
         }
     };
 

@@ -1,15 +1,15 @@
 #include "targets.hpp"
 
-#define GRAINCAL_DECLARE_TARGET(name)                                                  \
-    namespace name {                                                                   \
-    int follow_path(const graincal::PathCall&);                                        \
-    int run_steps(const graincal::RunCall&);                                           \
-    int follow_path_timed(const graincal::PathCall&, double (*)(), double*);           \
-    double multiply_and_add_float64(long long);                                        \
-    double multiply_and_add_float32(long long);                                        \
-    void triad(double*, const double*, const double*, long long);                      \
+#define GRAINCAL_DECLARE_TARGET(name)                                        \
+    namespace name {                                                         \
+    int follow_path(const graincal::PathCall&);                              \
+    int run_steps(const graincal::RunCall&);                                 \
+    int follow_path_timed(const graincal::PathCall&, double (*)(), double*); \
+    double multiply_and_add_float64(long long);                              \
+    double multiply_and_add_float32(long long);                              \
+    void triad(double*, const double*, const double*, long long);            \
     }
-#define GRAINCAL_CALLS(name)                                                           \
+#define GRAINCAL_CALLS(name) \
     &name::follow_path, &name::run_steps, { &name::follow_path_timed, &name::multiply_and_add_float64, &name::multiply_and_add_float32, &name::triad }
 
 #if defined(__x86_64__)

@@ -1,4 +1,5 @@
-// The team of one CUDA thread block. The contract is that of team.hpp; `sum` follows the same tree as that of a CPU thread; sums over pairs are taken in another order.
+// The team of one CUDA thread block. The contract is that of team.hpp; `sum` follows the same tree as that of a CPU thread; sums over pairs are taken in
+// another order.
 #pragma once
 
 #include "graincal/particles.hpp"

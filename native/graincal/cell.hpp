@@ -6,9 +6,9 @@
 namespace graincal {
 
 struct Cell {
-    Mat3<Coordinate> edges = Mat3<Coordinate>::identity();              // H
-    Mat3<Coordinate> initial_edges = Mat3<Coordinate>::identity();      // where strain is zero
-    Mat3<Coordinate> velocity_gradient = Mat3<Coordinate>{};            // L of the latest motion
+    Mat3<Coordinate> edges = Mat3<Coordinate>::identity();          // H
+    Mat3<Coordinate> initial_edges = Mat3<Coordinate>::identity();  // where strain is zero
+    Mat3<Coordinate> velocity_gradient = Mat3<Coordinate>{};        // L of the latest motion
 
     Coordinate volume() const { return determinant(edges); }
 

@@ -33,9 +33,7 @@ template <class Real> struct ContactStiffness {
 };
 
 // Of a spring that holds this force or moment, J.
-template <class Real> Real twice_spring_energy(const Vec3<Real>& held, Real stiffness) {
-    return stiffness > Real(0) ? dot(held, held) / stiffness : Real(0);
-}
+template <class Real> Real twice_spring_energy(const Vec3<Real>& held, Real stiffness) { return stiffness > Real(0) ? dot(held, held) / stiffness : Real(0); }
 
 // Written without branches, so that a loop over pairs becomes vector code. Squares of what is below 1e-23 vanish in float32, and forces
 // (N) and moments (N m) as small as that are not capped: they are nothing beside those of grains.

@@ -20,9 +20,7 @@ struct Economy {
         rest.settling_damping = settling_damping;
         return rest;
     }
-    template <class Real, class Law> void apply(Simulation<Real, Law>& sim) const {
-        sim.time_stepper.shared = shared_bound;
-    }
+    template <class Real, class Law> void apply(Simulation<Real, Law>& sim) const { sim.time_stepper.shared = shared_bound; }
 };
 
 }  // namespace graincal

@@ -7,9 +7,9 @@
 namespace graincal {
 
 struct Fabric {
-    Coordinate coordination_number = 0;   // Z = (2C - N1) / (N - N0 - N1)
-    Coordinate a_c = 0, a_n = 0, a_t = 0; // of contact normals, normal forces, tangential forces
-    Coordinate contacts = 0;              // C
+    Coordinate coordination_number = 0;    // Z = (2C - N1) / (N - N0 - N1)
+    Coordinate a_c = 0, a_n = 0, a_t = 0;  // of contact normals, normal forces, tangential forces
+    Coordinate contacts = 0;               // C
 };
 
 struct ContactCensus {

@@ -16,30 +16,30 @@ Vec3<Coordinate> force_pass(const Team& team, const Law& law, const Matrix& edge
     const auto gradient = as<Real>(exact_gradient);
     const Real dt = Real(time_step);
     const PairSlots<Real> slots = list.slots;
-    return team.over_pairs(list.ends(), slots, particles, particles.load, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first,
-                                                                              auto to_second) {
-        const Vec3<Coordinate> exact_branch = edges * Cell::nearest_image(two.fractional - one.fractional);
-        const Coordinate distance = norm(exact_branch), reach = one.radius + two.radius;
-        const Real radius1 = Real(one.radius), radius2 = Real(two.radius), overlap = Real(reach - distance), share = Real(1) / Real(distance);
-        const Vec3<Real> branch = as<Real>(exact_branch), fluctuation = two.velocity - one.velocity;
-        const Vec3<Real> relative_velocity = fluctuation + gradient * (branch - dt * fluctuation);
-        const TouchingPair<Real> pair{radius1, radius2, overlap, Real(reach) * share, share * branch, relative_velocity, one.spin, two.spin};
-        const ContactStiffness<Real> stiffness = law.stiffness(pair);
-        const Real normal_force = law.normal_force(pair, stiffness);
-        const ContactHistory<Real> history = law.advance(pair, stiffness, normal_force, dt, slots.history(slot));
-        slots.store(slot, history);
+    return team.over_pairs(
+        list.ends(), slots, particles, particles.load, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
+            const Vec3<Coordinate> exact_branch = edges * Cell::nearest_image(two.fractional - one.fractional);
+            const Coordinate distance = norm(exact_branch), reach = one.radius + two.radius;
+            const Real radius1 = Real(one.radius), radius2 = Real(two.radius), overlap = Real(reach - distance), share = Real(1) / Real(distance);
+            const Vec3<Real> branch = as<Real>(exact_branch), fluctuation = two.velocity - one.velocity;
+            const Vec3<Real> relative_velocity = fluctuation + gradient * (branch - dt * fluctuation);
+            const TouchingPair<Real> pair{radius1, radius2, overlap, Real(reach) * share, share * branch, relative_velocity, one.spin, two.spin};
+            const ContactStiffness<Real> stiffness = law.stiffness(pair);
+            const Real normal_force = law.normal_force(pair, stiffness);
+            const ContactHistory<Real> history = law.advance(pair, stiffness, normal_force, dt, slots.history(slot));
+            slots.store(slot, history);
 
-        const Vec3<Real> force = normal_force * pair.normal + history.shear;
-        const Vec3<Real> moment = history.bending + history.twisting;
-        const Vec3<Real> lever = cross(pair.normal, history.shear);
-        const Vec3<Real> torque1 = (radius1 - Real(0.5) * overlap) * lever + moment, torque2 = moment - (radius2 - Real(0.5) * overlap) * lever;
-        const Real counts = overlap >= Real(0) ? Real(1) : Real(0);
-        const Real translation = counts * maximum(stiffness.normal, stiffness.shear);
-        const auto rotation = [&](Real radius) { return counts * (stiffness.shear * radius * radius + stiffness.rolling); };
-        to_first(-force, -torque1, translation, rotation(radius1));
-        to_second(force, torque2, translation, rotation(radius2));
-        return componentwise(force, branch);
-    });
+            const Vec3<Real> force = normal_force * pair.normal + history.shear;
+            const Vec3<Real> moment = history.bending + history.twisting;
+            const Vec3<Real> lever = cross(pair.normal, history.shear);
+            const Vec3<Real> torque1 = (radius1 - Real(0.5) * overlap) * lever + moment, torque2 = moment - (radius2 - Real(0.5) * overlap) * lever;
+            const Real counts = overlap >= Real(0) ? Real(1) : Real(0);
+            const Real translation = counts * maximum(stiffness.normal, stiffness.shear);
+            const auto rotation = [&](Real radius) { return counts * (stiffness.shear * radius * radius + stiffness.rolling); };
+            to_first(-force, -torque1, translation, rotation(radius1));
+            to_second(force, torque2, translation, rotation(radius2));
+            return componentwise(force, branch);
+        });
 }
 
 template <class Team, class Real, class Law>
@@ -58,12 +58,12 @@ Vec3<Coordinate> find_pair_forces(const Team& team, const Law& law, const Cell& 
 
 // A pair as the latest force pass left it, for what depends on its radii, overlap and normal alone.
 template <class Real> TouchingPair<Real> resting_pair(const Particles<Real>& particles, const PairSlots<Real>& slots, Index slot) {
-    return {Real(particles.radius[slots.first[slot]]), Real(particles.radius[slots.second[slot]]), slots.overlap[slot], Real(1), slots.normal[slot], {}, {}, {}};
+    return {
+        Real(particles.radius[slots.first[slot]]), Real(particles.radius[slots.second[slot]]), slots.overlap[slot], Real(1), slots.normal[slot], {}, {}, {}};
 }
 
 // The force on the second particle of a touching pair at the latest force pass.
-template <class Real, class Law>
-Vec3<Real> contact_force(const Law& law, const Particles<Real>& particles, const PairSlots<Real>& slots, Index slot) {
+template <class Real, class Law> Vec3<Real> contact_force(const Law& law, const Particles<Real>& particles, const PairSlots<Real>& slots, Index slot) {
     const TouchingPair<Real> pair = resting_pair(particles, slots, slot);
     return law.normal_force(pair, law.stiffness(pair)) * pair.normal + slots.shear[slot];
 }
@@ -79,26 +79,24 @@ struct EqualWeights {
 template <class Team, class Real, class Law, class Weigh = EqualWeights>
 void stiffness_pass(const Team& team, const Law& law, const Particles<Real>& particles, const Neighbours<Real>& list, Weigh weigh = {}) {
     const PairSlots<Real> slots = list.slots;
-    team.over_pairs(list.ends(), slots, particles, particles.stiffness, [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first,
-                                                                            auto to_second) {
-        const Vec3<Real> n = slots.normal[slot], squared = componentwise(n, n);
-        const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], Real(1), n, {}, {}, {}});
-        const Real counts = slots.touching(slot) ? Real(1) : Real(0), shear = counts * k.shear;
-        const Vec3<Real> normal_less_shear = (counts * (k.normal - k.shear)) * squared, shear_along = shear * squared;
-        const Real rolling = counts * k.rolling;
-        const Weights<Real> w = weigh(slots, slot);
-        to_first(w.first * normal_less_shear, w.first * shear_along, w.first * shear, w.first * rolling);
-        to_second(w.second * normal_less_shear, w.second * shear_along, w.second * shear, w.second * rolling);
-        return Vec3<Real>{};
-    });
+    team.over_pairs(list.ends(), slots, particles, particles.stiffness,
+                    [=](Index slot, const PairSide<Real>& one, const PairSide<Real>& two, auto to_first, auto to_second) {
+                        const Vec3<Real> n = slots.normal[slot], squared = componentwise(n, n);
+                        const ContactStiffness<Real> k = law.stiffness({Real(one.radius), Real(two.radius), slots.overlap[slot], Real(1), n, {}, {}, {}});
+                        const Real counts = slots.touching(slot) ? Real(1) : Real(0), shear = counts * k.shear;
+                        const Vec3<Real> normal_less_shear = (counts * (k.normal - k.shear)) * squared, shear_along = shear * squared;
+                        const Real rolling = counts * k.rolling;
+                        const Weights<Real> w = weigh(slots, slot);
+                        to_first(w.first * normal_less_shear, w.first * shear_along, w.first * shear, w.first * rolling);
+                        to_second(w.second * normal_less_shear, w.second * shear_along, w.second * shear, w.second * rolling);
+                        return Vec3<Real>{};
+                    });
 }
 
 // No squared frequency of a particle below is larger than this, 1/s^2; found at every force pass.
 template <class Team, class Real> Real bound_on_squared_frequency(const Team& team, const Particles<Real>& particles) {
     const Particles<Real> p = particles;
-    return team.largest(p.count, [=](Index i) {
-        return maximum(p.load[i].translation * p.inverse_mass[i], p.load[i].rotation * p.inverse_inertia[i]);
-    });
+    return team.largest(p.count, [=](Index i) { return maximum(p.load[i].translation * p.inverse_mass[i], p.load[i].rotation * p.inverse_inertia[i]); });
 }
 
 // The larger of a particle's K/m and R/I, 1/s^2. Per axis a, K_a = sum (kn - ks) n_a^2 + ks and R_a = sum ks r^2 (1 - n_a^2) + km, as YADE's

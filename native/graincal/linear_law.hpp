@@ -34,8 +34,7 @@ template <class Real> struct LinearLaw {
 
     // Energy held in the springs of a contact, J.
     Real elastic_energy(const ContactStiffness<Real>& k, const ContactHistory<Real>& h) const {
-        return Real(0.5) * (k.normal * h.overlap * h.overlap + twice_spring_energy(h.shear, k.shear) +
-                            twice_spring_energy(h.bending + h.twisting, k.rolling));
+        return Real(0.5) * (k.normal * h.overlap * h.overlap + twice_spring_energy(h.shear, k.shear) + twice_spring_energy(h.bending + h.twisting, k.rolling));
     }
 
     // The longest step to take whatever the contacts, s: none need be set, since each has its stiffness from the first touch.

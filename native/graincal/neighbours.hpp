@@ -24,25 +24,25 @@ template <class Real> struct Neighbours {
     Coordinate largest_radius;
     bool outer_valid = false, near_valid = false;
 
-    Index* outer_row;            // (N + 1)
+    Index* outer_row;  // (N + 1)
     Index *outer_first, *outer_second;
-    Index* outer_near;           // whether each outer pair is a near one
-    Index* found;                // (N, found_room) seconds of outer pairs as they are counted, so that most need not be sought again
-    PairSlots<Real> slots;       // the near pairs
+    Index* outer_near;                           // whether each outer pair is a near one
+    Index* found;                                // (N, found_room) seconds of outer pairs as they are counted, so that most need not be sought again
+    PairSlots<Real> slots;                       // the near pairs
     Index *next_row, *next_first, *next_second;  // of the near pairs, as they are gathered
-    Index* slot_before;          // of each of them, or -1
-    Real* next_column;           // where the next column is moved
-    bool terms_land = false;     // for a team that lands the terms of pairs, and looks up which come in at a particle (PairEnds)
-    Index* incoming_row;         // (N + 1)
+    Index* slot_before;                          // of each of them, or -1
+    Real* next_column;                           // where the next column is moved
+    bool terms_land = false;                     // for a team that lands the terms of pairs, and looks up which come in at a particle (PairEnds)
+    Index* incoming_row;                         // (N + 1)
     Index* incoming;
     char* landing;
     Vec3Array<Coordinate> outer_reference, near_reference;  // fractional coordinates when each list was made
     Mat3<Coordinate> outer_edges, near_edges;
-    Coordinate travel = 0;       // no particle has moved further than this against the cell since near_reference, m
-    Index* cell_of;              // grid: particle -> grid cell, and the particles of each cell
+    Coordinate travel = 0;  // no particle has moved further than this against the cell since near_reference, m
+    Index* cell_of;         // grid: particle -> grid cell, and the particles of each cell
     Index* grid_row;
     Index* grid_member;
-    Index* counter;              // (max(N, grid) + 1)
+    Index* counter;  // (max(N, grid) + 1)
     Index outer_rebuilds = 0, near_rebuilds = 0;
 
     void lay_out(Arena& arena, Index n, Index outer_pairs, Index near_pairs, bool lands) {
@@ -78,8 +78,7 @@ template <class Real> struct Neighbours {
 
 // How far two particles within the outer reach can have come closer since the reference, if each has moved at most `travel` against the cell: by their
 // own motion, which the cell stretches after it, and by the cell's deformation.
-template <class Real>
-Coordinate closing(const Neighbours<Real>& list, const Cell& cell, const Mat3<Coordinate>& reference_edges, Coordinate travel) {
+template <class Real> Coordinate closing(const Neighbours<Real>& list, const Cell& cell, const Mat3<Coordinate>& reference_edges, Coordinate travel) {
     const Coordinate stretch = frobenius_norm(cell.edges * inverse(reference_edges) - Mat3<Coordinate>::identity());
     return (1 + stretch) * 2 * travel + stretch * list.reach(list.outer_gap);
 }
@@ -127,8 +126,7 @@ struct Grid {
         }
         for (Index a = 0; a < count[0]; ++a)
             for (Index b = 0; b < count[1]; ++b)
-                for (Index c = 0; c < count[2]; ++c)
-                    f(((first[0] + a) % n[0] * n[1] + (first[1] + b) % n[1]) * n[2] + (first[2] + c) % n[2]);
+                for (Index c = 0; c < count[2]; ++c) f(((first[0] + a) % n[0] * n[1] + (first[1] + b) % n[1]) * n[2] + (first[2] + c) % n[2]);
     }
 };
 
@@ -146,8 +144,7 @@ template <class Team, class Real> bool are_in_place(const Team& team, const Part
 }
 
 // Finds all pairs closer than the outer gap.
-template <class Team, class Real>
-NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
+template <class Team, class Real> NeighbourStatus rebuild_outer(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
     const Vec3<Coordinate> widths = cell.widths();
     // Below two reaches a pair could touch through two images at once.
@@ -234,8 +231,7 @@ template <class Team, class Real> void list_incoming(const Team& team, Neighbour
 }
 
 // Picks the near pairs from the outer list and moves the histories to their new slots.
-template <class Team, class Real>
-NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
+template <class Team, class Real> NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
     const Index n = particles.count;
     PairSlots<Real>& slots = list.slots;
     const Neighbours<Real> outer = list;
@@ -299,9 +295,7 @@ NeighbourStatus rebuild_near(const Team& team, Neighbours<Real>& list, const Par
 // untouched: the host sorts them, or makes room, and both lists are built from nothing.
 template <class Team, class Real>
 NeighbourStatus update_neighbours(const Team& team, Neighbours<Real>& list, const Particles<Real>& particles, const Cell& cell) {
-    const auto near_is_enough = [&] {
-        return list.near_valid && closing(list, cell, list.near_edges, list.travel) < list.near_gap;
-    };
+    const auto near_is_enough = [&] { return list.near_valid && closing(list, cell, list.near_edges, list.travel) < list.near_gap; };
     if (near_is_enough()) return NeighbourStatus::ready;
     if (list.near_valid) {
         // `travel` adds up largest velocities, an upper bound: look at the particles themselves before rebuilding.

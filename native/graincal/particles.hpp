@@ -37,8 +37,7 @@ template <class Real> struct alignas(8 * sizeof(Real)) StiffnessSum {
     Real shear{}, rolling{};
 
     using Number = Real;
-    template <class Take>
-    static void number(Take take, const Vec3<Real>& normal_less_shear, const Vec3<Real>& shear_along, Real shear, Real rolling) {
+    template <class Take> static void number(Take take, const Vec3<Real>& normal_less_shear, const Vec3<Real>& shear_along, Real shear, Real rolling) {
         take(0, normal_less_shear.x), take(1, normal_less_shear.y), take(2, normal_less_shear.z);
         take(3, shear_along.x), take(4, shear_along.y), take(5, shear_along.z), take(6, shear), take(7, rolling);
     }

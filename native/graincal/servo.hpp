@@ -16,7 +16,7 @@ struct AxisGoal {
 
 struct Servo {
     AxisGoal axis[3];
-    Coordinate inertia = 1;  // of the cell against a stress difference, kg/m
+    Coordinate inertia = 1;              // of the cell against a stress difference, kg/m
     Coordinate stress_tolerance = 1e-3;  // relative to the target
     Coordinate strain_tolerance = 1e-6;
 

@@ -8,7 +8,19 @@
 
 namespace graincal {
 
-enum class Status { running, finished, needs_sorting, needs_more_outer_pairs, needs_more_near_pairs, cell_too_small, diverged, out_of_steps, out_of_memory, stopped, cancelled };
+enum class Status {
+    running,
+    finished,
+    needs_sorting,
+    needs_more_outer_pairs,
+    needs_more_near_pairs,
+    cell_too_small,
+    diverged,
+    out_of_steps,
+    out_of_memory,
+    stopped,
+    cancelled
+};
 
 // The passes of a step. Whoever watches them is called at the end of each; by default nobody does.
 enum class Pass { outer_list, near_list, forces, stiffness, stage, motion };
@@ -27,7 +39,7 @@ template <class Real, class Law> struct Simulation {
     Coordinate time = 0;   // s
     Coordinate damping = 0.2;
     Coordinate smallest_radius;
-    Vec3<Coordinate> stress;            // diagonal at the latest force pass, Pa, compression positive
+    Vec3<Coordinate> stress;  // diagonal at the latest force pass, Pa, compression positive
     long long steps = 0;
 
     // `lands`: for a team that lands the terms of pairs.
@@ -41,12 +53,18 @@ template <class Real, class Law> struct Simulation {
 
 inline Status as_simulation_status(NeighbourStatus status) {
     switch (status) {
-        case NeighbourStatus::out_of_order: return Status::needs_sorting;
-        case NeighbourStatus::outer_full: return Status::needs_more_outer_pairs;
-        case NeighbourStatus::near_full: return Status::needs_more_near_pairs;
-        case NeighbourStatus::cell_too_small: return Status::cell_too_small;
-        case NeighbourStatus::out_of_place: return Status::diverged;
-        default: return Status::running;
+        case NeighbourStatus::out_of_order:
+            return Status::needs_sorting;
+        case NeighbourStatus::outer_full:
+            return Status::needs_more_outer_pairs;
+        case NeighbourStatus::near_full:
+            return Status::needs_more_near_pairs;
+        case NeighbourStatus::cell_too_small:
+            return Status::cell_too_small;
+        case NeighbourStatus::out_of_place:
+            return Status::diverged;
+        default:
+            return Status::running;
     }
 }
 

@@ -8,9 +8,9 @@ namespace graincal {
 
 struct Stage {
     AxisGoal axis[3];
-    bool record = false;        // relax with the heavier damping, then write the state down
-    bool strain_origin = false; // strains count from the end of this stage
-    bool mean_stress = false;   // stress targets are of the mean stress, which the axes under stress control keep together
+    bool record = false;         // relax with the heavier damping, then write the state down
+    bool strain_origin = false;  // strains count from the end of this stage
+    bool mean_stress = false;    // stress targets are of the mean stress, which the axes under stress control keep together
 };
 
 struct Rest {
@@ -18,9 +18,9 @@ struct Rest {
     Coordinate loading_damping = 0.2;
     Coordinate settling_damping = 0.2;  // once every axis has arrived
     Coordinate relaxing_damping = 0.9;
-    long long step_limit = 25000;  // a state not at rest after so many steps, or
-    Coordinate loading_multiple = 5;     // so many times the steps of its loading if that is more, is taken as it is and flagged
-    Coordinate ramp = 0;  // the share of a stage's strain over which the rate rises to its largest, and over which it falls again; 0 where it jumps
+    long long step_limit = 25000;     // a state not at rest after so many steps, or
+    Coordinate loading_multiple = 5;  // so many times the steps of its loading if that is more, is taken as it is and flagged
+    Coordinate ramp = 0;              // the share of a stage's strain over which the rate rises to its largest, and over which it falls again; 0 where it jumps
 };
 
 // One recorded state.
@@ -37,10 +37,10 @@ struct Record {
 struct Progress {
     Index stage = 0;
     bool relaxing = false;
-    long long stage_start = 0;    // steps
-    int side[3] = {0, 0, 0};      // of its target on which each axis began: -1 below, 1 above, 0 not looked at yet
+    long long stage_start = 0;                // steps
+    int side[3] = {0, 0, 0};                  // of its target on which each axis began: -1 below, 1 above, 0 not looked at yet
     bool arrived[3] = {false, false, false};  // whether each axis has met its target once, or crossed it
-    long long loading_steps = -1; // until all had; -1 before
+    long long loading_steps = -1;             // until all had; -1 before
     Index records = 0;
     bool consolidation_flagged = false;  // a stage without a record was not at rest within its limit
 };
@@ -116,7 +116,8 @@ bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& 
     const bool reached = targets_met(sim, progress);
     if (progress.loading_steps >= 0 && !progress.relaxing) set_damping(sim, rest.settling_damping);
     const long long steps = sim.steps - progress.stage_start;
-    const bool out_of_patience = progress.loading_steps >= 0 && steps > rest.step_limit && Coordinate(steps) > rest.loading_multiple * Coordinate(progress.loading_steps);
+    const bool out_of_patience =
+        progress.loading_steps >= 0 && steps > rest.step_limit && Coordinate(steps) > rest.loading_multiple * Coordinate(progress.loading_steps);
     if (!reached && !out_of_patience) return false;
 
     const Coordinate unbalanced = unbalanced_force(team, sim.law, sim.particles, sim.neighbours.slots);
@@ -144,8 +145,8 @@ bool stage_is_over(const Team& team, const Stage& stage, Simulation<Real, Law>& 
 // Advances at most `steps` steps along the path. Anything but `running` ends the call early; where the neighbour lists ask for an order or for room the
 // simulation is untouched, and goes on once it has them.
 template <class Team, class Real, class Law, class Watch = Unwatched>
-Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage* stages, Index stage_count, Progress& progress,
-              const Rest& rest, Record* records, long long steps, Watch&& watch = Unwatched{}) {
+Status follow(const Team& team, Simulation<Real, Law>& sim, const Stage* stages, Index stage_count, Progress& progress, const Rest& rest, Record* records,
+              long long steps, Watch&& watch = Unwatched{}) {
     for (long long step = 0; step < steps; ++step) {
         if (const Status status = find_forces(team, sim, watch); status != Status::running) return status;
         choose_time_step(team, sim);

@@ -25,8 +25,8 @@ struct TimeStepper {
     bool due(long long step, Coordinate bound) const { return step >= next_estimate || bound > (1 + unsteady) * bound_then; }
     void look_again(long long step) { next_estimate = step, wait = 1; }
 
-    // Cundall's damping strengthens forces that brake to 1 + zeta times what they are, and a leapfrog under it decays up to w dt = 2 / sqrt(1 + zeta). The bound
-    // on each particle alone leaves that to its safety factor, as YADE's does.
+    // Cundall's damping strengthens forces that brake to 1 + zeta times what they are, and a leapfrog under it decays up to w dt = 2 / sqrt(1 + zeta). The
+    // bound on each particle alone leaves that to its safety factor, as YADE's does.
     Coordinate strengthened(Coordinate damping) const { return shared ? 1 + damping : 1; }
 
     // The time step after an estimate at this step, of the largest squared frequency of a particle, 1/s^2, which is at most `bound`.

@@ -59,8 +59,7 @@ template <class Real> constexpr Mat3<Real> operator*(Real a, Mat3<Real> b) {
 }
 template <class Real> constexpr Mat3<Real> operator*(const Mat3<Real>& a, const Mat3<Real>& b) {
     Mat3<Real> product;
-    for (Index i = 0; i < 3; ++i)
-        product.row[i] = a(i, 0) * b.row[0] + a(i, 1) * b.row[1] + a(i, 2) * b.row[2];
+    for (Index i = 0; i < 3; ++i) product.row[i] = a(i, 0) * b.row[0] + a(i, 1) * b.row[1] + a(i, 2) * b.row[2];
     return product;
 }
 template <class Real> constexpr Mat3<Real> operator+(Mat3<Real> a, const Mat3<Real>& b) { return a += b; }

@@ -11,7 +11,17 @@ if TYPE_CHECKING:
     from graincal.dem.packing import Packing
     from graincal.dem.stress_path_table import StressPathTable
     from graincal.inference import IterativeBayesianFilter, Posterior, PosteriorFilter, SequentialMonteCarloFilter, Stop, curve_error
-    from graincal.models import ByHandModel, CommandModel, ConstantMeanStressTest, IsotropicTest, OedometricTest, PythonModel, TableTest, TriaxialTest, UndrainedTest
+    from graincal.models import (
+        ByHandModel,
+        CommandModel,
+        ConstantMeanStressTest,
+        IsotropicTest,
+        OedometricTest,
+        PythonModel,
+        TableTest,
+        TriaxialTest,
+        UndrainedTest,
+    )
     from graincal.models.simulate import simulate
     from graincal.result import Result
 
@@ -70,7 +80,17 @@ _find = exported(
         "graincal.dem.packing": ["Packing"],
         "graincal.dem.stress_path_table": ["StressPathTable"],
         "graincal.inference": ["IterativeBayesianFilter", "Posterior", "PosteriorFilter", "SequentialMonteCarloFilter", "Stop", "curve_error"],
-        "graincal.models": ["ByHandModel", "CommandModel", "ConstantMeanStressTest", "IsotropicTest", "OedometricTest", "PythonModel", "TableTest", "TriaxialTest", "UndrainedTest"],
+        "graincal.models": [
+            "ByHandModel",
+            "CommandModel",
+            "ConstantMeanStressTest",
+            "IsotropicTest",
+            "OedometricTest",
+            "PythonModel",
+            "TableTest",
+            "TriaxialTest",
+            "UndrainedTest",
+        ],
         "graincal.models.simulate": ["simulate"],
         "graincal.result": ["Result"],
     },

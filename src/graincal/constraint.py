@@ -44,7 +44,9 @@ class Constraint:
             raise InputError(f"{shown}: {taken[0]} is a number in conditions, and another name for a parameter was expected.")
         if unknown := [name for name in condition.names if name not in names and name not in fixed]:
             known = (*names, *fixed)
-            raise InputError(f"{shown} names {printable(unknown[0], 60)}, which is no parameter{did_you_mean(unknown[0], known)}; some of {', '.join(known)} were expected.")
+            raise InputError(
+                f"{shown} names {printable(unknown[0], 60)}, which is no parameter{did_you_mean(unknown[0], known)}; some of {', '.join(known)} were expected."
+            )
         if not condition.compares:
             raise InputError(f'{shown} is no condition; a comparison such as "v0 < v1", or several with "and" and "or", was expected.')
         columns = {name: names.index(name) for name in condition.names if name in names}
@@ -110,7 +112,9 @@ def left(constraints: Sequence[Constraint], size: int, from_unit: Callable[[NDAr
         if share > 0 and error * np.sqrt(length / LAST) > HOPELESS * EXACT * share and SEQUENCES * length >= NONE_OF:
             break
         if not kept.any() and SEQUENCES * length >= NONE_OF:
-            raise InputError(f"{_named(constraints)}: of {SEQUENCES * length:,} points that fill the ranges none is left; constraints that can be met within the ranges were expected.")
+            raise InputError(
+                f"{_named(constraints)}: of {SEQUENCES * length:,} points that fill the ranges none is left; constraints that can be met within the ranges were expected."
+            )
     raise InputError(
         f"{_named(constraints)}: they leave about {share:.1g} of the volume of the ranges, too little to know how much; ranges that hold less of what the constraints exclude were expected."
     )

@@ -113,7 +113,9 @@ class Reference:
         idle: tuple[str, ...] = (),
     ) -> None:
         control = read_only(control, ndim=1, what=f"reference: {control_name}")
-        columns, beside = ({name: read_only(values, ndim=1, what=f"reference: {name}") for name, values in each.items()} for each in (observables, recorded or {}))
+        columns, beside = (
+            {name: read_only(values, ndim=1, what=f"reference: {name}") for name, values in each.items()} for each in (observables, recorded or {})
+        )
         if not columns:
             raise InputError("reference: at least one observable is needed.")
         if twice := [name for name in beside if name in columns]:

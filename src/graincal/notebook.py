@@ -69,14 +69,22 @@ def response_as_html(response: Response) -> str:
     )
     head = "".join(f"<th>{word}</th>" for word in (f"{len(response.control)} states", "first", "last", "least", "largest", "unit"))
     drawn = dict(list(response.values.items())[:DRAWN])
-    return f"<div><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{_panels(response.control_name or 'control', response.control, drawn)}</div>"
+    return (
+        f"<div><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{_panels(response.control_name or 'control', response.control, drawn)}</div>"
+    )
 
 
 def packing_as_html(packing: Packing) -> str:
     """The particles, the void ratio, the cell and the diameters of a packing, as a table."""
     lengths = " × ".join(f"{1e3 * length:.4g}" for length in np.diag(packing.edges))
     least, middle, largest = (f"{2e3 * radius:.4g}" for radius in np.quantile(packing.radii, [0, 0.5, 1]))
-    said = {"Particles": f"{packing.count}", "Void ratio": f"{packing.void_ratio:.3f}", "Cell": f"{lengths} mm", "Diameters": f"{least} to {largest} mm, half of them up to {middle} mm", "Name": packing.name}
+    said = {
+        "Particles": f"{packing.count}",
+        "Void ratio": f"{packing.void_ratio:.3f}",
+        "Cell": f"{lengths} mm",
+        "Diameters": f"{least} to {largest} mm, half of them up to {middle} mm",
+        "Name": packing.name,
+    }
     rows = "".join(f"<tr><th style='text-align:left'>{key}</th><td>{html.escape(printable(text))}</td></tr>" for key, text in said.items())
     return f"<table>{rows}</table>"
 

@@ -136,7 +136,9 @@ class ParameterSpace:
     def check_constraints(self) -> None:
         """Raise InputError where the constraints leave nothing, or where one of them leaves everything."""
         if self.constraints and (idle := self._left.idle):
-            raise InputError(f'constraint.require = "{idle[0]}" holds all over the ranges, so that it would change nothing; a condition that excludes some of them was expected.')
+            raise InputError(
+                f'constraint.require = "{idle[0]}" holds all over the ranges, so that it would change nothing; a condition that excludes some of them was expected.'
+            )
 
     def contains(self, theta: ArrayLike) -> NDArray[np.bool_]:
         """Which rows of theta (N, n) the prior holds possible, in the box and where all constraints hold: (N,)."""
@@ -189,7 +191,9 @@ class ParameterSpace:
 
     def within(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> ParameterSpace:
         """The same unknowns with other ranges, (n,) each."""
-        return self._of_columns(range(self.size), self.names, low=read_only(low, ndim=1, what="low"), high=read_only(high, ndim=1, what="high"), constraints=self.constraints)
+        return self._of_columns(
+            range(self.size), self.names, low=read_only(low, ndim=1, what="low"), high=read_only(high, ndim=1, what="high"), constraints=self.constraints
+        )
 
     def _in_box(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         # low + 1 * (high - low) may round to the number after high.

@@ -24,11 +24,27 @@ FUNCTION = 'function = "soil:respond"'
         ("max_iterations = 3", "max_iterations = 1000000000", "stop.max_iterations is 1000000000, and at most 1,000,000 was expected."),
         ("max_iterations = 3", "max_evaluations = 1000000000", "stop.max_evaluations is 1000000000, and at most 1,000,000 was expected."),
         (FUNCTION, f"{FUNCTION}, timeout = 1e300", 'experiment "drained": model.timeout is 1e+300, and at most 1e+08 was expected.'),
-        (FUNCTION, f"{FUNCTION}, control = [{'1, ' * 100_000}1]", 'experiment "drained": model.control has 100001 elements, and at most 100,000 were expected.'),
+        (
+            FUNCTION,
+            f"{FUNCTION}, control = [{'1, ' * 100_000}1]",
+            'experiment "drained": model.control has 100001 elements, and at most 100,000 were expected.',
+        ),
         ("range = [0, 1] }", "range = [-1e308, 1e308] }", "parameters.strength: range must be [low, high] with finite low < high, not [-1e+308, 1e+308]."),
-        ("seed = 3", "seed = 9223372036854775808", "this is not TOML, a number in it has more digits than a whole number may have, and up to 9223372036854775807 was expected."),
-        ("seed = 3", f"seed = {'9' * 5000}", "this is not TOML, a number in it has thousands of digits, and whole numbers up to 9223372036854775807 were expected."),
-        ("seed = 3", f"seed = 0x{'f' * 5000}", "this is not TOML, a number in it has more digits than a whole number may have, and up to 9223372036854775807 was expected."),
+        (
+            "seed = 3",
+            "seed = 9223372036854775808",
+            "this is not TOML, a number in it has more digits than a whole number may have, and up to 9223372036854775807 was expected.",
+        ),
+        (
+            "seed = 3",
+            f"seed = {'9' * 5000}",
+            "this is not TOML, a number in it has thousands of digits, and whole numbers up to 9223372036854775807 were expected.",
+        ),
+        (
+            "seed = 3",
+            f"seed = 0x{'f' * 5000}",
+            "this is not TOML, a number in it has more digits than a whole number may have, and up to 9223372036854775807 was expected.",
+        ),
         ("seed = 3", f"seed = {'[' * 5000}", "this is not TOML, tables or lists within each other are more than 20."),
         ("seed = 3", f"seed = {'[' * 50}{']' * 50}", "this is not TOML, tables or lists within each other are more than 20."),
         ("seed = 3", f"{'a.' * 3000}a = 3", "this is not TOML, tables or lists within each other are more than 20."),
@@ -82,6 +98,16 @@ def test_what_toml_holds_is_read():
 @pytest.mark.parametrize("name", ["x" * 300, "a\x1b[2J", "caf\udce9"])
 def test_a_name_that_no_file_has_is_a_sentence(call, tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
-    for arguments in (["status", name], ["report", name], ["resume", name], ["export", name, "--to", "csv"], ["check", name], ["calibrate", name, "-o", "out"], ["init", name], ["predict", name], ["pack", "--particles", "100", "--void-ratio", "0.7", "--grading", name]):
+    for arguments in (
+        ["status", name],
+        ["report", name],
+        ["resume", name],
+        ["export", name, "--to", "csv"],
+        ["check", name],
+        ["calibrate", name, "-o", "out"],
+        ["init", name],
+        ["predict", name],
+        ["pack", "--particles", "100", "--void-ratio", "0.7", "--grading", name],
+    ):
         called = call(*arguments)
         assert called.code in (1, 2) and "Traceback" not in called.err and "\x1b[2J" not in called.err, arguments

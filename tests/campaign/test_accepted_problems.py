@@ -9,7 +9,10 @@ from graincal.campaign.stored.store import Store
 
 from .hyperbola import THE_PAPERS, write_calibration
 
-POSTERIOR = (THE_PAPERS, 'method = "posterior"\nfirst_batch = 8'), ("max_iterations = 3\ns = false\ngl_error_increment = false\nerror = false\nerror_increment = false", "max_iterations = 1")
+POSTERIOR = (
+    (THE_PAPERS, 'method = "posterior"\nfirst_batch = 8'),
+    ("max_iterations = 3\ns = false\ngl_error_increment = false\nerror = false\nerror_increment = false", "max_iterations = 1"),
+)
 
 
 @pytest.mark.parametrize("replacements", [[("max_iterations = 3", "max_iterations = 1")], POSTERIOR], ids=["the paper's method", "posterior"])

@@ -51,7 +51,9 @@ def folder(tmp_path_factory):
         patch.setattr(StressPathTest, "tasks", frictional.tasks)
         stop = gc.Stop(max_iterations=3, posterior_shift=0)
         reference = gc.Reference(STRAIN, measured, measurement_errors=ERRORS)
-        gc.calibrate(test, reference, space, folder=folder, workers=1, stop=stop, seed=1, first_batch=8, packing_scatter=False, discrepancy=False, correlation_length=0.1)
+        gc.calibrate(
+            test, reference, space, folder=folder, workers=1, stop=stop, seed=1, first_batch=8, packing_scatter=False, discrepancy=False, correlation_length=0.1
+        )
     return folder
 
 
@@ -77,7 +79,10 @@ def test_failures_are_outcomes_and_too_many_are_no_advice(folder, closed_form, t
     advice = gc.advise(gc.Result.read(folder), [DRAINED, FAILING], samples=70, folder=tmp_path, workers=1)
     assert [test.name for test in advice.tests] == ["triaxial, 1 MPa to 15 %"]
     assert list(advice.not_judged) == ["triaxial, 2 MPa to 15 %"]
-    assert "only 35 of its 70 runs gave a response" in advice.not_judged["triaxial, 2 MPa to 15 %"] and "Weak grains." in advice.not_judged["triaxial, 2 MPa to 15 %"]
+    assert (
+        "only 35 of its 70 runs gave a response" in advice.not_judged["triaxial, 2 MPa to 15 %"]
+        and "Weak grains." in advice.not_judged["triaxial, 2 MPa to 15 %"]
+    )
     some = gc.advise(gc.Result.read(folder), [DRAINED, FAILING], samples=100, folder=tmp_path, workers=1)
     failed = {test.name: len(test.failures) for test in some.tests}
     assert failed == {"triaxial, 1 MPa to 15 %": 0, "triaxial, 2 MPa to 15 %": 50}
@@ -185,7 +190,10 @@ def test_what_cannot_be_advised_on_is_said(call, folder, tmp_path):
         assert called.code == 1 and said in called.err
     gc.calibrate(model(), reference(), SPACE, method="iterative-bayesian", seed=1, workers=1, stop=gc.Stop(max_iterations=1), folder=tmp_path / "paper")
     called = call("advise", tmp_path / "paper")
-    assert (called.code, called.err) == (1, 'advice needs to know how sure the parameters are: the campaign\'s method is "iterative-bayesian", and "posterior" was expected.\n')
+    assert (called.code, called.err) == (
+        1,
+        'advice needs to know how sure the parameters are: the campaign\'s method is "iterative-bayesian", and "posterior" was expected.\n',
+    )
 
 
 def test_tests_are_read_from_a_calibration_file(tmp_path):

@@ -27,7 +27,9 @@ THREE_BATCHES = gc.Stop(max_iterations=3, posterior_shift=False)
 
 def calibrate(function=infeasible, **options):
     given = {"method": "posterior", "seed": 6, "stop": THREE_BATCHES, "ahead": 1, "workers": 1} | options
-    return gc.calibrate(function if isinstance(function, list) else gc.PythonModel(function), None if isinstance(function, list) else measured(), SPACE, **given)
+    return gc.calibrate(
+        function if isinstance(function, list) else gc.PythonModel(function), None if isinstance(function, list) else measured(), SPACE, **given
+    )
 
 
 @pytest.fixture(scope="module")
@@ -160,7 +162,9 @@ def respond(theta):
 
 
 def test_a_time_out_is_a_failure(tmp_path):
-    (tmp_path / "sleeper.py").write_text("import time\nimport numpy as np\ndef respond(theta):\n    time.sleep(60 * (theta[0] > 0.8))\n    return {'y': theta[0] * np.arange(3.0)}\n")
+    (tmp_path / "sleeper.py").write_text(
+        "import time\nimport numpy as np\ndef respond(theta):\n    time.sleep(60 * (theta[0] > 0.8))\n    return {'y': theta[0] * np.arange(3.0)}\n"
+    )
     space, reference = gc.ParameterSpace({"a": (0, 1)}), gc.Reference(np.arange(3.0), {"y": 0.4 * np.arange(3.0)})
     model = gc.PythonModel("sleeper:respond", folder=tmp_path, timeout=3)
     found = gc.calibrate(model, reference, space, method="posterior", stop=gc.Stop(max_iterations=1), ahead=1, workers=2)

@@ -75,7 +75,10 @@ def test_it_finds_bit_for_bit_what_the_function_gives(call, tmp_path):
     one, other = (gc.Result.read(tmp_path / name / "campaign") for name in ("function", "hand"))
     assert_same(one, other)
     assert one.failures == other.failures > 0 and one.stopped_because == other.stopped_because
-    assert "runs made by hand" in (tmp_path / "hand" / "campaign" / "report.html").read_text(encoding="utf-8") and (tmp_path / "hand" / "campaign" / "curves" / "drained_best.csv").exists()
+    assert (
+        "runs made by hand" in (tmp_path / "hand" / "campaign" / "report.html").read_text(encoding="utf-8")
+        and (tmp_path / "hand" / "campaign" / "curves" / "drained_best.csv").exists()
+    )
 
 
 @pytest.mark.usefixtures("fewer_draws")
@@ -85,7 +88,9 @@ def test_the_runs_at_the_answer_are_asked_for_too(call, tmp_path, ahead):
     for name, kind in {"function": FUNCTION, "hand": BY_HAND}.items():
         (tmp_path / name).mkdir()
         posterior = (POSTERIOR[0], f"{POSTERIOR[1]}\nahead = {ahead}")
-        assert call("calibrate", write_calibration(tmp_path / name, TWO, posterior, NO_CRITERIA, (FUNCTION, kind)), "-o", tmp_path / name / "campaign").code == 0
+        assert (
+            call("calibrate", write_calibration(tmp_path / name, TWO, posterior, NO_CRITERIA, (FUNCTION, kind)), "-o", tmp_path / name / "campaign").code == 0
+        )
     assert by_hand(call, tmp_path / "hand" / "campaign", tmp_path) == 3 - ahead
     one, other = (gc.Result.read(tmp_path / name / "campaign") for name in ("function", "hand"))
     assert_same(one, other)
@@ -205,7 +210,9 @@ def of_two(kinds, tmp_path):
     head, _, rest = text.partition("[[experiment]]")
     table, _, tail = rest.partition("[filter]")
     tables = [table.replace('"drained"', f'"{name}"').replace(FUNCTION, kind) for name, kind in zip(("at 1 bar", "at 2 bar"), kinds)]
-    (tmp_path / "calibration.toml").write_text(head.replace("unit =", "per_experiment = true, unit =") + "".join(f"[[experiment]]{each}" for each in tables) + f"[filter]{tail}")
+    (tmp_path / "calibration.toml").write_text(
+        head.replace("unit =", "per_experiment = true, unit =") + "".join(f"[[experiment]]{each}" for each in tables) + f"[filter]{tail}"
+    )
     return tmp_path / "calibration.toml"
 
 
@@ -291,7 +298,14 @@ def test_what_cannot_be_is_said_before_anything_is_asked(call, tmp_path, model, 
 
 
 def test_a_store_keeps_how_curves_are_read(tmp_path):
-    output = Output({"axial_strain": Column("e", "%"), "stress_ratio": Column("q"), "volumetric_strain": Column(3, sign=-1)}, "c.csv", ("axial_strain",), 2, "stage == 2", "engineering")
+    output = Output(
+        {"axial_strain": Column("e", "%"), "stress_ratio": Column("q"), "volumetric_strain": Column(3, sign=-1)},
+        "c.csv",
+        ("axial_strain",),
+        2,
+        "stage == 2",
+        "engineering",
+    )
     with pytest.raises(RunsWait, match="runs wait to be made by hand"):
         gc.calibrate(ByHandModel(output, {"E": "10**strength"}), reference(), SPACE, folder=tmp_path / "campaign")
     kept = Store.open(tmp_path / "campaign").calibration.experiments[0].model
@@ -306,7 +320,7 @@ def test_yade_reads_its_table(call, begun, tmp_path):
     assert lines[0] == "description strength dilatancy" and [line.split()[0] for line in lines[1:]] == [str(id) for id in range(20)]
     samples = Store.open(begun).samples(0)
     np.testing.assert_array_equal([[float(cell) for cell in line.split()[1:]] for line in lines[1:]], samples.theta)
-    asked, = ask(begun)
+    (asked,) = ask(begun)
     with pytest.raises(gc.InputError, match="--format csv takes it"):
         as_yade_table(type(asked)("x", asked.ids, ("two words", "b"), asked.values))
     if not shutil.which("yade"):
@@ -348,7 +362,9 @@ def test_a_built_in_test_can_be_told_by_hand_beside_its_own_runs(call, tmp_path)
     space = gc.ParameterSpace({"log_E": (8, 9), "phi": (20, 40)})
     test = gc.TriaxialTest(demo.packing(), 0.5e6, inertial_number=1e-2, fixed={"nu": 0.2, "beta_m": 0.1, "eta_m": 0.1})
     truth = run.simulate([[8.5, 0.2, 30, 0.1, 0.1]], at=strain)[0]
-    measured = gc.Reference(strain, dict(zip(("stress_ratio", "volumetric_strain"), interpolate(truth, strain).observables(("stress_ratio", "volumetric_strain")).T)))
+    measured = gc.Reference(
+        strain, dict(zip(("stress_ratio", "volumetric_strain"), interpolate(truth, strain).observables(("stress_ratio", "volumetric_strain")).T))
+    )
     with broken_off(2):
         gc.calibrate(test, measured, space, **options)
     runs = tmp_path / "runs"
@@ -359,7 +375,12 @@ def test_a_built_in_test_can_be_told_by_hand_beside_its_own_runs(call, tmp_path)
     result = gc.Result.read(tmp_path / "campaign")
     curves = result.responses(0)["stress_ratio"]
     # The engine goes on to the first state of its own behind the reference, to which a person's curves do not come.
-    assert np.isfinite(curves[:, :-1]).all() and np.isfinite(curves[:, -1]).sum() == 2 and result.best.error < 1e-9 and (tmp_path / "campaign" / "report.html").exists()
+    assert (
+        np.isfinite(curves[:, :-1]).all()
+        and np.isfinite(curves[:, -1]).sum() == 2
+        and result.best.error < 1e-9
+        and (tmp_path / "campaign" / "report.html").exists()
+    )
 
 
 def test_packings_are_studied_by_graincal_alone(call, tmp_path):

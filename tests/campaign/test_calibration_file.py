@@ -120,41 +120,117 @@ def write_triaxial(folder, *replacements):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("alpha = 10", "alhpa = 10", "filter.alhpa is not a key that is known here (did you mean \"alpha\"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter, first_look, runs was expected."),
-        (THE_PAPERS, "alpha = 10", 'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter was expected.'),
-        ("alpha = 10", "batch = 10", 'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance, thin was expected.'),
-        (THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false", "\n[stop]\ns = 0.01", 'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations, hours.'),
+        (
+            "alpha = 10",
+            "alhpa = 10",
+            'filter.alhpa is not a key that is known here (did you mean "alpha"?), and one of method, alpha, effective_sample_size, scale, covariance, first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter, first_look, runs was expected.',
+        ),
+        (
+            THE_PAPERS,
+            "alpha = 10",
+            'filter.alpha is an option of method = "iterative-bayesian", and with "posterior", the default, one of first_batch, batch, ahead, early_stop, thin, correlation_length, discrepancy, packing_scatter was expected.',
+        ),
+        (
+            "alpha = 10",
+            "batch = 10",
+            'filter.batch is an option of method = "posterior", and with "iterative-bayesian" one of alpha, effective_sample_size, scale, covariance, thin was expected.',
+        ),
+        (
+            THE_PAPERS + "\n\n[stop]\nmax_iterations = 3\ns = false",
+            "\n[stop]\ns = 0.01",
+            'stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations, hours.',
+        ),
         ("alpha = 10", "workers = 2", "filter.workers is not a key that is known here, it belongs under [run]."),
         ("[stop]\n", "[stop]\nthin = true\n", "stop.thin is not a key that is known here, it belongs under [filter]."),
         ("[stop]\n", "[stop]\nuntil = 0.1\n", "stop.until is not a key that is known here, it belongs under [experiment.reference]."),
-        ('name        = "drained"', 'name = "drained"\nuntil = 0.1', 'experiment "drained": until is not a key that is known here, it belongs under [experiment.reference].'),
-        ('"reference.csv"', '{ file = "reference.csv", until = -1 }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not -1.'),
-        ('"reference.csv"', '{ file = "reference.csv", until = "0.1" }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not "0.1".'),
-        ('"reference.csv"', '{ file = "reference.csv", until = inf }', 'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not Infinity.'),
-        ('"reference.csv"', '{ file = "reference.csv", untill = 0.1 }', 'experiment "drained": reference.untill is not a key that is known here (did you mean "until"?), and one of file, columns, units, strain, compression, unloading, until, confining_pressure, control_step, simulated, stage, rows, zero, sample_volume, sample_height, sheet, encoding was expected.'),
-        ('"reference.csv"', '{ file = "reference.csv", until = 10 }', 'experiment "drained": {folder}/reference.csv: until = 10 leaves nothing out, where axial_strain goes to 0.2, and a fraction was expected; if 10 % is meant, write 0.1.'),
-        ('"reference.csv"', '{ file = "reference.csv", until = 0.01 }', 'experiment "drained": {folder}/reference.csv: until = 0.01 leaves a single row, where axial_strain goes from 0 to 0.2, and one that leaves at least two was expected.'),
+        (
+            'name        = "drained"',
+            'name = "drained"\nuntil = 0.1',
+            'experiment "drained": until is not a key that is known here, it belongs under [experiment.reference].',
+        ),
+        (
+            '"reference.csv"',
+            '{ file = "reference.csv", until = -1 }',
+            'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not -1.',
+        ),
+        (
+            '"reference.csv"',
+            '{ file = "reference.csv", until = "0.1" }',
+            'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not "0.1".',
+        ),
+        (
+            '"reference.csv"',
+            '{ file = "reference.csv", until = inf }',
+            'experiment "drained": reference.until must be the last value of the control that is compared, above 0, a fraction for strains, in Pa for stresses, not Infinity.',
+        ),
+        (
+            '"reference.csv"',
+            '{ file = "reference.csv", untill = 0.1 }',
+            'experiment "drained": reference.untill is not a key that is known here (did you mean "until"?), and one of file, columns, units, strain, compression, unloading, until, confining_pressure, control_step, simulated, stage, rows, zero, sample_volume, sample_height, sheet, encoding was expected.',
+        ),
+        (
+            '"reference.csv"',
+            '{ file = "reference.csv", until = 10 }',
+            'experiment "drained": {folder}/reference.csv: until = 10 leaves nothing out, where axial_strain goes to 0.2, and a fraction was expected; if 10 % is meant, write 0.1.',
+        ),
+        (
+            '"reference.csv"',
+            '{ file = "reference.csv", until = 0.01 }',
+            'experiment "drained": {folder}/reference.csv: until = 0.01 leaves a single row, where axial_strain goes from 0 to 0.2, and one that leaves at least two was expected.',
+        ),
         ("alpha = 10", "batch = 1", "filter.batch must be a whole number above 1, not 1."),
         ("alpha = 10", "early_stop = 1", "filter.early_stop must be true or false, not 1."),
-        ("s = false", "s = false\nposterior_shift = 0.1", 'stop.posterior_shift is a criterion of method = "posterior", and "iterative-bayesian" looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations, hours.'),
-        ("{ variance_share = 0.5 } }", "{ variance_share = 0.5, relative_error = 0 } }", 'experiment "drained": observables.volumetric_strain.relative_error must be a standard deviation above 0 as a part of each value, not 0.'),
+        (
+            "s = false",
+            "s = false\nposterior_shift = 0.1",
+            'stop.posterior_shift is a criterion of method = "posterior", and "iterative-bayesian" looks at s, gl_error_increment, error, error_increment, max_iterations, max_evaluations, hours.',
+        ),
+        (
+            "{ variance_share = 0.5 } }",
+            "{ variance_share = 0.5, relative_error = 0 } }",
+            'experiment "drained": observables.volumetric_strain.relative_error must be a standard deviation above 0 as a part of each value, not 0.',
+        ),
         ("alpha = 10", "alpha = 'ten'", 'filter.alpha must be a number above 0, not "ten".'),
         ("alpha = 10", "alpha = true", "filter.alpha must be a number above 0, not true."),
         ("alpha = 10", "alpha = 0.1", "filter.alpha = 0.1 leaves 0 samples for 2 parameter(s), and at least 2 are needed."),
-        ("[filter]", "[filters]", "filters is not a key that is known here (did you mean \"filter\"?), and one of parameters, constraint, experiment, filter, first_look, stop, run was expected."),
+        (
+            "[filter]",
+            "[filters]",
+            'filters is not a key that is known here (did you mean "filter"?), and one of parameters, constraint, experiment, filter, first_look, stop, run was expected.',
+        ),
         ("range = [0, 1] }", "range = [1, 0] }", "parameters.strength.range must be [low, high] with low < high, not [1.0, 0.0]."),
         ("range = [0, 1] }", "range = [0, nan] }", "parameters.strength.range must be [low, high] with low < high, not [0, NaN]."),
         ("{ range = [0, 1] }", "3", "parameters.strength must be a table, { fixed = 3 } for a value that is known or { range = [low, high] }, not 3."),
         ('name        = "drained"', "", "experiment 1: name is missing, and text was expected."),
-        (ENTRY, "", 'experiment "drained": model is missing, and a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand was expected.'),
-        ('"python"', '"lammps"', 'experiment "drained": model.kind must be one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand, not "lammps".'),
-        ('"python"', '"triaxal"', 'experiment "drained": model.kind must be one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand, not "triaxal" (did you mean "triaxial"?).'),
+        (
+            ENTRY,
+            "",
+            'experiment "drained": model is missing, and a table whose kind is one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand was expected.',
+        ),
+        (
+            '"python"',
+            '"lammps"',
+            'experiment "drained": model.kind must be one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand, not "lammps".',
+        ),
+        (
+            '"python"',
+            '"triaxal"',
+            'experiment "drained": model.kind must be one of triaxial, oedometric, isotropic, undrained, constant-mean-stress, table, python, command, yade, by-hand, not "triaxal" (did you mean "triaxial"?).',
+        ),
         ('"soil:respond"', '"soil:respond", timeout = 0', 'experiment "drained": model.timeout must be a number of seconds above 0, not 0.'),
         ("soil:respond", "soil", 'experiment "drained": function must be named as "module:name", not "soil".'),
         ("reference.csv", "no.csv", 'experiment "drained": {folder}/no.csv: there is no such file, and a laboratory file was expected here.'),
         (SHARES, "{}", 'experiment "drained": observables must be a table such as { stress_ratio = { variance_share = 0.5 } }, not {}.'),
-        ("{ variance_share = 0.5 } }", "{} }", 'experiment "drained": observables have a variance_share for some, and one for volumetric_strain too was expected.'),
-        ("{ variance_share = 0.5 } }", "{ variance_share = 0 } }", 'experiment "drained": observables.volumetric_strain.variance_share must be a number above 0, the smaller the more trusted, not 0.'),
+        (
+            "{ variance_share = 0.5 } }",
+            "{} }",
+            'experiment "drained": observables have a variance_share for some, and one for volumetric_strain too was expected.',
+        ),
+        (
+            "{ variance_share = 0.5 } }",
+            "{ variance_share = 0 } }",
+            'experiment "drained": observables.volumetric_strain.variance_share must be a number above 0, the smaller the more trusted, not 0.',
+        ),
         ("s = false", "s = true", "stop.s must be a number, not negative, or false, not true."),
         ("= 3\ns", "= 2.5\ns", "stop.max_iterations must be a whole number above 0, or false, not 2.5."),
         ("= 3\ns", "= 0\ns", "stop.max_iterations must be a whole number above 0, or false, not 0."),
@@ -182,27 +258,95 @@ def test_several_mistakes_are_said_together(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("confining_pressure = 2e5", "confining_presure = 2e5", 'experiment "drained": model.confining_presure is not a key that is known here (did you mean "confining_pressure"?), and one of'),
-        ("confining_pressure = 2e5", "confining_pressure = 2e5, law = 'hertz-midlin'", 'model.law must be "linear" or "hertz-mindlin", not "hertz-midlin" (did you mean "hertz-mindlin"?).'),
-        ("phi = { range = [10, 40] }", "phi_ = { range = [10, 40] }", 'once, as a parameter or fixed: phi_ is not one of them (did you mean "phi"?); phi is missing.'),
-        ("stress_ratio = {", "stres_ratio = {", 'stres_ratio is not an observable of a triaxial test (did you mean "stress_ratio"?), which gives axial_strain, '),
-        ("stress_ratio = {", "q = {", 'experiment "drained": q is not an observable of a triaxial test (did you mean "stress_ratio"?), which gives axial_strain, '),
+        (
+            "confining_pressure = 2e5",
+            "confining_presure = 2e5",
+            'experiment "drained": model.confining_presure is not a key that is known here (did you mean "confining_pressure"?), and one of',
+        ),
+        (
+            "confining_pressure = 2e5",
+            "confining_pressure = 2e5, law = 'hertz-midlin'",
+            'model.law must be "linear" or "hertz-mindlin", not "hertz-midlin" (did you mean "hertz-mindlin"?).',
+        ),
+        (
+            "phi = { range = [10, 40] }",
+            "phi_ = { range = [10, 40] }",
+            'once, as a parameter or fixed: phi_ is not one of them (did you mean "phi"?); phi is missing.',
+        ),
+        (
+            "stress_ratio = {",
+            "stres_ratio = {",
+            'stres_ratio is not an observable of a triaxial test (did you mean "stress_ratio"?), which gives axial_strain, ',
+        ),
+        (
+            "stress_ratio = {",
+            "q = {",
+            'experiment "drained": q is not an observable of a triaxial test (did you mean "stress_ratio"?), which gives axial_strain, ',
+        ),
         ("phi = { range = [10, 40] }", "psi = { range = [10, 40] }", 'experiment "drained": a triaxial test needs each of log_E, nu, phi, beta_m, eta_m once'),
         ('packing = "cubic.csv"', 'packing = "cubic.csv", seed = 1', 'experiment "drained": model has both packing and seed, and one of them was expected'),
         ('packing = "cubic.csv"', "particles = 500", 'experiment "drained": model needs either packing, the name of a file, or particles and void_ratio'),
-        ("confining_pressure = 2e5", "confining_pressure = 2e5, density_scaling = 10, inertial_number = 1e-3", 'experiment "drained": model has both density_scaling and inertial_number, and one of them was expected'),
-        ("confining_pressure = 2e5", "confining_pressure = 2e5, time_step_bound = 'pair'", 'experiment "drained": model.time_step_bound must be "grain" or "contact", not "pair".'),
-        ("confining_pressure = 2e5", "confining_pressure = 2e5, mass_exponent = 4", 'experiment "drained": model.mass_exponent must be a number from 0 to 3, not 4.'),
+        (
+            "confining_pressure = 2e5",
+            "confining_pressure = 2e5, density_scaling = 10, inertial_number = 1e-3",
+            'experiment "drained": model has both density_scaling and inertial_number, and one of them was expected',
+        ),
+        (
+            "confining_pressure = 2e5",
+            "confining_pressure = 2e5, time_step_bound = 'pair'",
+            'experiment "drained": model.time_step_bound must be "grain" or "contact", not "pair".',
+        ),
+        (
+            "confining_pressure = 2e5",
+            "confining_pressure = 2e5, mass_exponent = 4",
+            'experiment "drained": model.mass_exponent must be a number from 0 to 3, not 4.',
+        ),
         ("confining_pressure = 2e5", "confining_pressure = -1", 'experiment "drained": model.confining_pressure must be a number above 0, in Pa, not -1.'),
-        ("confining_pressure = 2e5", "confining_pressure = 0.2", "confining_pressure is 0.2 Pa, and 1 to 1e+12 Pa was expected; if 0.2 MPa is meant, write 200000."),
-        ("fixed = { nu = 0.2", "fixed = { log_E = 5e8, nu = 0.2", "fixed.log_E must be a number at least 0 and below 20, not 500000000.0; for a modulus of 5e+08 Pa write 8.699."),
-        ("range = [10, 40]", "range = [10, 120]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [10, 120]."),
-        ("range = [10, 40]", "range = [-1, 40]", "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [-1, 40]."),
-        ("phi = { range = [10, 40] }", 'phi = { range = [0.1, 1], unit = "rad" }', 'parameters.phi.unit must be "deg" or left out, in which the contact law takes phi, not "rad"'),
-        ("log_E = { range = [7, 9] }", 'log_E = { range = [-2, 0], unit = "log10 GPa" }', 'parameters.log_E.unit must be "log10 Pa" or left out, in which the contact law takes log_E, not "log10 GPa"'),
-        ("range = [7, 9]", "range = [1e7, 1e11]", "parameters.log_E.range must hold numbers at least 0 and below 20, the log10 of the modulus in Pa, not [1e+07, 1e+11]; for a modulus of 1e+07 to 1e+11 Pa write [7, 11]."),
-        ("range = [7, 9]", "range = [-5, 21]", "parameters.log_E.range must hold numbers at least 0 and below 20, the log10 of the modulus in Pa, not [-5, 21]."),
-        ('"drained"', '"drained"\ncontrol = "volumetric_strain"', 'experiment "drained": a triaxial test is driven by axial_strain or axial_extension, not by volumetric_strain.'),
+        (
+            "confining_pressure = 2e5",
+            "confining_pressure = 0.2",
+            "confining_pressure is 0.2 Pa, and 1 to 1e+12 Pa was expected; if 0.2 MPa is meant, write 200000.",
+        ),
+        (
+            "fixed = { nu = 0.2",
+            "fixed = { log_E = 5e8, nu = 0.2",
+            "fixed.log_E must be a number at least 0 and below 20, not 500000000.0; for a modulus of 5e+08 Pa write 8.699.",
+        ),
+        (
+            "range = [10, 40]",
+            "range = [10, 120]",
+            "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [10, 120].",
+        ),
+        (
+            "range = [10, 40]",
+            "range = [-1, 40]",
+            "parameters.phi.range must hold numbers at least 0 and below 90, where the contact law means something, not [-1, 40].",
+        ),
+        (
+            "phi = { range = [10, 40] }",
+            'phi = { range = [0.1, 1], unit = "rad" }',
+            'parameters.phi.unit must be "deg" or left out, in which the contact law takes phi, not "rad"',
+        ),
+        (
+            "log_E = { range = [7, 9] }",
+            'log_E = { range = [-2, 0], unit = "log10 GPa" }',
+            'parameters.log_E.unit must be "log10 Pa" or left out, in which the contact law takes log_E, not "log10 GPa"',
+        ),
+        (
+            "range = [7, 9]",
+            "range = [1e7, 1e11]",
+            "parameters.log_E.range must hold numbers at least 0 and below 20, the log10 of the modulus in Pa, not [1e+07, 1e+11]; for a modulus of 1e+07 to 1e+11 Pa write [7, 11].",
+        ),
+        (
+            "range = [7, 9]",
+            "range = [-5, 21]",
+            "parameters.log_E.range must hold numbers at least 0 and below 20, the log10 of the modulus in Pa, not [-5, 21].",
+        ),
+        (
+            '"drained"',
+            '"drained"\ncontrol = "volumetric_strain"',
+            'experiment "drained": a triaxial test is driven by axial_strain or axial_extension, not by volumetric_strain.',
+        ),
     ],
 )
 def test_mistakes_about_a_triaxial_test(tmp_path, old, new, said):
@@ -234,13 +378,19 @@ def test_what_is_no_file_is_said(tmp_path):
 
 def test_a_simulation_is_compared_with_the_reference_at_its_confining_pressure(tmp_path):
     # The file's column is q, made a stress ratio with the model's pressure; two experiments differ by that alone.
-    path = write_triaxial(tmp_path, ('"reference.csv"', '{ file = "q.csv", columns = { deviator_stress = "q" }, units = { deviator_stress = "kPa" } }'), (SHARES, "{ stress_ratio = {} }"))
+    path = write_triaxial(
+        tmp_path,
+        ('"reference.csv"', '{ file = "q.csv", columns = { deviator_stress = "q" }, units = { deviator_stress = "kPa" } }'),
+        (SHARES, "{ stress_ratio = {} }"),
+    )
     (tmp_path / "q.csv").write_text("axial_strain,q\n0,0\n0.1,100\n")
     first = path.read_text().split("[[experiment]]")[1].split("[filter]")[0]
     second = first.replace('"drained"', '"denser"').replace("2e5", "1e5")
     path.write_text(path.read_text().replace("[filter]", f"[[experiment]]{second}[filter]"))
     assert [read_comparison(path, Compared.drained(pressure)).observables["stress_ratio"][-1] for pressure in (1e5, 2e5)] == [2.0, 1.5]
-    with pytest.raises(InputError, match='one experiment at the confining pressure of 300000 Pa was expected, and there are "drained" at 200000 Pa, "denser" at 100000 Pa'):
+    with pytest.raises(
+        InputError, match='one experiment at the confining pressure of 300000 Pa was expected, and there are "drained" at 200000 Pa, "denser" at 100000 Pa'
+    ):
         read_comparison(path, Compared.drained(3e5))
     path.write_text(path.read_text().replace("2e5", "1e5"))
     with pytest.raises(InputError, match="one experiment at the confining pressure of 100000 Pa was expected"):

@@ -158,7 +158,13 @@ def test_several_experiments_share_their_parameters(tmp_path):
 def test_a_model_on_another_control_is_interpolated():
     fine = np.linspace(-0.1, 0.5, 1201)
     line = gc.PythonModel(lambda theta: {"y": theta[0] * fine}, control=fine)
-    result = gc.calibrate(line, gc.Reference([0.0, 0.1234], {"y": [0.0, 0.5 * 0.1234]}), gc.ParameterSpace({"a": (0, 1)}), method="iterative-bayesian", stop=gc.Stop(max_iterations=1))
+    result = gc.calibrate(
+        line,
+        gc.Reference([0.0, 0.1234], {"y": [0.0, 0.5 * 0.1234]}),
+        gc.ParameterSpace({"a": (0, 1)}),
+        method="iterative-bayesian",
+        stop=gc.Stop(max_iterations=1),
+    )
     # It is kept as the model gave it, and compared between.
     np.testing.assert_array_equal(result.response(0).control, fine)
     np.testing.assert_allclose(result.experiments[0].observables(result.response(0))[:, 0], result.samples[0] * [0.0, 0.1234])
@@ -170,7 +176,7 @@ def test_a_model_on_another_control_is_interpolated():
         ({"space": None}, "needs a parameter space"),
         ({"reference": None}, "needs the reference"),
         ({"method": "magic"}, 'method must be one of iterative-bayesian, sequential-monte-carlo, posterior, not "magic"'),
-        ({"alhpa": 3}, "filter.alhpa is not an option of the filter .did you mean \"alpha\".*; expected one of alpha"),
+        ({"alhpa": 3}, 'filter.alhpa is not an option of the filter .did you mean "alpha".*; expected one of alpha'),
         ({"workers": 0}, 'workers must be a whole number above 0 or "all", not 0'),
         ({"seed": -1}, "seed must be a whole number, not negative, not -1"),
         ({"max_evaluations": 3}, "does not hold one iteration of 20 samples"),
@@ -290,7 +296,9 @@ def test_a_criterion_that_is_switched_off_lets_the_campaign_go_on(tmp_path):
     # The samples close in, so s falls; its value after iteration 1 ends a campaign there.
     s = whole.iterations[1].s
     assert calibrate(stop=replace(STOP, s=s), folder=tmp_path / "short").stopped_by == "s"
-    with pytest.raises(gc.InputError, match=r"short: it would still be at its end, by s \(the covariance coefficient .*; raise that limit, or switch it off by false"):
+    with pytest.raises(
+        gc.InputError, match=r"short: it would still be at its end, by s \(the covariance coefficient .*; raise that limit, or switch it off by false"
+    ):
         gc.resume(tmp_path / "short", model(), max_iterations=9)
     assert gc.Result.read(tmp_path / "short").stopped_by == "s"
     assert_same(whole, gc.resume(tmp_path / "short", model(), s=False))

@@ -178,7 +178,14 @@ def test_export_gives_every_figure(campaign, call, tmp_path):
 def test_check_reads_draws_and_estimates(call, tmp_path):
     called = call("check", write_calibration(tmp_path), "--plot", tmp_path / "references.png")
     assert called.code == 0 and (tmp_path / "references.png").stat().st_size > 1000
-    for said in ("are taken as logarithmic, since the key strain does not say. With strain =", "parameter strength: 0 to 1", "11 rows, axial_strain 0 to 0.2", "▁▂", "Expect 20 evaluations an iteration", "at most 60 evaluations in 3 iterations"):
+    for said in (
+        "are taken as logarithmic, since the key strain does not say. With strain =",
+        "parameter strength: 0 to 1",
+        "11 rows, axial_strain 0 to 0.2",
+        "▁▂",
+        "Expect 20 evaluations an iteration",
+        "at most 60 evaluations in 3 iterations",
+    ):
         assert said in called.out
 
 
@@ -241,7 +248,10 @@ def test_init_takes_a_packing_that_is_there(call, tmp_path, monkeypatch):
     (experiment,) = read_calibration(Path("grains/calibration.toml")).experiments
     assert experiment.model.packing.count == 500 and experiment.model.confining_pressure == 5e5
     assert call("init", "reference.csv", "--void-ratio", "0.71", "--particles", "200", "-o", "other.toml").code == 0
-    assert tomllib.loads(Path("other.toml").read_text())["experiment"][0]["model"]["void_ratio"] == 0.71 and "# Before shearing: as you gave it" in Path("other.toml").read_text()
+    assert (
+        tomllib.loads(Path("other.toml").read_text())["experiment"][0]["model"]["void_ratio"] == 0.71
+        and "# Before shearing: as you gave it" in Path("other.toml").read_text()
+    )
 
 
 def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
@@ -261,7 +271,9 @@ def test_a_triaxial_test_is_simulated_and_calibrated(call, tmp_path):
     beside = call(*given, *truth, "--at", tmp_path / "reference.csv", "--plot", tmp_path / "beside.png").err
     assert "together 0.00 %" in beside and "The reference: axial_strain and volumetric_strain are taken as logarithmic" in beside
     clash = call(*given, *truth, "--at", tmp_path / "reference.csv", "-o", tmp_path / "reference.csv")
-    assert clash.code == 1 and clash.err == f"{tmp_path / 'reference.csv'}: this file is there already and is not overwritten; delete it, or name another by -o.\n"
+    assert (
+        clash.code == 1 and clash.err == f"{tmp_path / 'reference.csv'}: this file is there already and is not overwritten; delete it, or name another by -o.\n"
+    )
 
     file = tmp_path / "triaxial.toml"
     model = f'{{ kind = "triaxial", packing = "{PACKING}", confining_pressure = 0.5e6, fixed = {{ nu = 0.2, beta_m = 0.1, eta_m = 0.5 }} }}'
@@ -348,12 +360,24 @@ def test_values_that_another_unit_was_probably_meant_for_are_noted(call, tmp_pat
     assert "Note:" not in call(*given, "--confining-pressure", "1.5e3").err and "Note:" not in call(*given, "--confining-pressure", "200", "-q").err
     assert "axial_stress is 500 Pa" in call(*given, "--axial-stress", "500", "--confining-pressure", "1e3").err
     assert "if 0.2 MPa is meant, write 200000" in call(*given, "--confining-pressure", "0.2").err
-    modulus = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", "2e5", *PARAMETERS.replace("log_E=9", "log_E=5e8").replace("phi=30", "phi=0.5").split()]
+    modulus = [
+        "simulate",
+        "triaxial",
+        "--packing",
+        PACKING,
+        "--confining-pressure",
+        "2e5",
+        *PARAMETERS.replace("log_E=9", "log_E=5e8").replace("phi=30", "phi=0.5").split(),
+    ]
     wrong = call(*modulus)
     assert "Note: phi = 0.5 is in degrees; if 0.5 rad is meant, write 28.65.\n" in wrong.err
-    assert wrong.code == 1 and wrong.err.endswith("log_E = 5e+08 has no meaning, it must be a number at least 0 and below 20; for a modulus of 5e+08 Pa write 8.699.\n")
+    assert wrong.code == 1 and wrong.err.endswith(
+        "log_E = 5e+08 has no meaning, it must be a number at least 0 and below 20; for a modulus of 5e+08 Pa write 8.699.\n"
+    )
 
-    call("simulate", "triaxial", "--confining-pressure", "2e3", "--axial-strain", "0.002", "--increment", "0.001", *SOFT, "-o", tmp_path / "reference.csv", "-q")
+    call(
+        "simulate", "triaxial", "--confining-pressure", "2e3", "--axial-strain", "0.002", "--increment", "0.001", *SOFT, "-o", tmp_path / "reference.csv", "-q"
+    )
     file = tmp_path / "soft.toml"
     file.write_text(
         "[parameters]\nlog_E = { range = [5, 7] }\n"
@@ -391,9 +415,18 @@ PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
             f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o curve.png",
             "curve.png: this is to be a table in CSV, and a name such as curve.csv was expected; a figure is drawn by --plot.",
         ),
-        (f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o {PACKING}", f"{PACKING}: this file is there already and is not overwritten; delete it, or name another by -o."),
-        (f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o .", ".: this is a folder, and the name of a file to write was expected."),
-        ("check nowhere.toml --plot references", "references: the suffix says what a figure is written as, and .png, .pdf, .svg or another that Matplotlib writes was expected."),
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o {PACKING}",
+            f"{PACKING}: this file is there already and is not overwritten; delete it, or name another by -o.",
+        ),
+        (
+            f"simulate triaxial --packing {PACKING} --confining-pressure 1e5 {PARAMETERS} -o .",
+            ".: this is a folder, and the name of a file to write was expected.",
+        ),
+        (
+            "check nowhere.toml --plot references",
+            "references: the suffix says what a figure is written as, and .png, .pdf, .svg or another that Matplotlib writes was expected.",
+        ),
         ("simulate oedometric --packing x --confining-pressure 1e5 -p phi=1", "either --axial-strain or --axial-stress was expected, and neither is given."),
         (
             "simulate oedometric --packing x --confining-pressure 1e5 -p phi=1 --axial-strain 0.1 --axial-stress 2e5",
@@ -410,7 +443,10 @@ PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
         ("export nowhere --to csv", "nowhere: there is no campaign in this folder (no campaign.db)."),
         ("check nowhere.toml", "nowhere.toml: there is no such file, and a calibration file was expected here."),
         ("init nowhere.csv", "nowhere.csv: there is no such file, and a laboratory file was expected here."),
-        ("simulate triaxial --packing nowhere.csv --confining-pressure 1e5 -p phi=3", "nowhere.csv: there is no such file, and a packing file was expected here."),
+        (
+            "simulate triaxial --packing nowhere.csv --confining-pressure 1e5 -p phi=3",
+            "nowhere.csv: there is no such file, and a packing file was expected here.",
+        ),
         ("simulate triaxial --packing x --confining-pressure 1e5 -p phi", "-p phi: NAME=VALUE with a number was expected, such as -p phi=28.1."),
         ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 -p phi=2", "-p phi=2: phi is given twice."),
         (
@@ -421,7 +457,10 @@ PARAMETERS = "-p log_E=9 -p nu=0.2 -p phi=30 -p beta_m=0.1 -p eta_m=0.5"
             "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.csv --increment 0.004",
             "--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.",
         ),
-        ("simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.toml", "y.toml: there is no such file, and a calibration file was expected here."),
+        (
+            "simulate triaxial --packing x --confining-pressure 1e5 -p phi=1 --at y.toml",
+            "y.toml: there is no such file, and a calibration file was expected here.",
+        ),
     ],
 )
 def test_a_mistake_is_one_sentence_and_the_code_1(call, tmp_path, monkeypatch, arguments, said):
@@ -523,7 +562,12 @@ def test_what_is_there_is_left_as_it_is(tmp_path):
     empty.touch()
     link.symlink_to(tmp_path / "nowhere")
     before = sorted(tmp_path.iterdir())
-    for path, said in ((held, "is not overwritten"), (link, "this is a link to nowhere"), (tmp_path, "this is a folder"), (tmp_path / ("long" * 100), "cannot be written")):
+    for path, said in (
+        (held, "is not overwritten"),
+        (link, "this is a link to nowhere"),
+        (tmp_path, "this is a folder"),
+        (tmp_path / ("long" * 100), "cannot be written"),
+    ):
         with pytest.raises(gc.InputError, match=said):
             check_file(path)
     for path in (empty, tmp_path / "new", Path("/dev/null")):

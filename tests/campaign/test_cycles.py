@@ -139,7 +139,7 @@ def test_a_cycle_is_predicted_at_its_own_and_another_pressure(call, folder, tmp_
     assert called.code == 0
     np.testing.assert_allclose(cycle(pressure=3e4).stress_at(found["position"]), STRESSES[1:], rtol=1e-6)
     called = call("predict", folder, "--samples", "3", "--confining-pressure", "2e5")
-    assert called.code == 1 and "below 160000 Pa was expected, to which the path of \"experiment\" goes first" in " ".join(called.err.split())
+    assert called.code == 1 and 'below 160000 Pa was expected, to which the path of "experiment" goes first' in " ".join(called.err.split())
 
 
 FILE = """
@@ -157,7 +157,11 @@ reference   = {{ file = "lab.csv", units = {{ {units} }}, strain = "logarithmic"
 def test_a_test_is_compared_as_its_calibration_file_drives_it(folder, tmp_path):
     experiment, file = Result.read(folder).experiments[0], tmp_path / "other.toml"
     (tmp_path / "lab.csv").write_text("axial_stress,void_ratio\n20,0.67\n60,0.66\n30,0.665\n60,0.66\n")
-    file.write_text(FILE.format(control=POSITION, observable="void_ratio", kind="oedometric", turns=", turns = [60e3, 30e3]", units='axial_stress = "kPa"').replace(', strain = "logarithmic"', ""))
+    file.write_text(
+        FILE.format(control=POSITION, observable="void_ratio", kind="oedometric", turns=", turns = [60e3, 30e3]", units='axial_stress = "kPa"').replace(
+            ', strain = "logarithmic"', ""
+        )
+    )
     test, reference = compared(file, cycle(), experiment)
     assert (test.control, test.turns) == (POSITION, (6e4, 3e4)) and len(reference.control) == 4
     test, _ = compared(file, gc.OedometricTest(demo.packing(), PRESSURE, fixed=FIXED, rest_every=0.01), experiment)

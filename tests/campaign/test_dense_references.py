@@ -58,7 +58,9 @@ def write(folder, rows, *replacements):
 
 def peak_memory(folder, *words):
     """Of a command as a process, in MB, and what it printed."""
-    process = subprocess.Popen([str(Path(sys.executable).with_name("graincal")), *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    process = subprocess.Popen(
+        [str(Path(sys.executable).with_name("graincal")), *words], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
     said = process.stdout.read()
     _, status, usage = os.wait4(process.pid, 0)
     assert os.waitstatus_to_exitcode(status) == 0, said
@@ -87,7 +89,10 @@ def test_forty_thousand_rows_are_checked_and_calibrated_in_little_memory(tmp_pat
 def test_keeping_every_row_is_a_choice_and_refused_where_memory_ends(tmp_path):
     calibration = read_calibration(write(tmp_path, 300, ("[stop]", "[filter]\nthin = false\n[stop]")))
     assert len(calibration.blank_filter().kept[0].control) == 300
-    with pytest.raises(InputError, match=r"calibration.toml: filter.thin = false keeps all 9000 rows of a reference with 2 observables, and the covariances of their errors would need about \d+ GB of memory"):
+    with pytest.raises(
+        InputError,
+        match=r"calibration.toml: filter.thin = false keeps all 9000 rows of a reference with 2 observables, and the covariances of their errors would need about \d+ GB of memory",
+    ):
         read_calibration(write(tmp_path, 9000, ("[stop]", "[filter]\nthin = false\n[stop]")))
     with pytest.raises(InputError, match="thin must be true or false"):
         read_calibration(write(tmp_path, 300, ("[stop]", "[filter]\nthin = 80\n[stop]")))

@@ -55,10 +55,17 @@ def test_a_stress_ratio_that_stays_at_one_is_noted(stress_ratio, noted):
 @pytest.mark.parametrize(("error", "noted"), [(0.05, True), (0.0005, False)])
 def test_errors_in_percent_are_noted(error, noted):
     reference = Reference(STRAIN, {"volumetric_strain": DENSE}, measurement_errors={"volumetric_strain": error})
-    said = [doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1)) if "volumetric_strain is said to be measured to 0.05" in doubt]
+    said = [
+        doubt
+        for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))
+        if "volumetric_strain is said to be measured to 0.05" in doubt
+    ]
     assert bool(said) == noted
     reference = Reference(STRAIN, {"volumetric_strain": DENSE}, control_step=100 * error)
-    assert any("axial_strain is said to be measured to 5" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1))) == noted
+    assert (
+        any("axial_strain is said to be measured to 5" in doubt for doubt in doubts(Calibration(SPACE, [Experiment("x", model(), reference)], workers=1)))
+        == noted
+    )
 
 
 @pytest.mark.parametrize(("error", "noted"), [(1.0, True), (0.05, False)])

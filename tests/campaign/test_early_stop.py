@@ -19,7 +19,15 @@ from .test_first_look import LIMITS, TRUTH
 
 pytestmark = pytest.mark.usefixtures("fewer_draws")
 
-OPTIONS = {"method": "posterior", "seed": 4, "workers": 1, "batch": 12, "correlation_length": 0.1, "early_stop": True, "stop": gc.Stop(max_iterations=3, posterior_shift=False)}
+OPTIONS = {
+    "method": "posterior",
+    "seed": 4,
+    "workers": 1,
+    "batch": 12,
+    "correlation_length": 0.1,
+    "early_stop": True,
+    "stop": gc.Stop(max_iterations=3, posterior_shift=False),
+}
 
 
 class Watched(Model):

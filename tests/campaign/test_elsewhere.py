@@ -49,15 +49,36 @@ def write(folder, run, *replacements):
     [
         ('executor = "slurm"', 'run.executor must be "local", "parsl", or a function as "module:function", not "slurm".'),
         ('executor = "parsel"', 'run.executor must be "local", "parsl", or a function as "module:function", not "parsel" (did you mean "parsl"?).'),
-        ('executor = "parsl"', 'run.parsl is missing, and with executor = "parsl" a table [run.parsl] with provider = "local", "slurm", "pbs" or "lsf" was expected.'),
-        ('parsl = { provider = "local" }', 'run.executor is missing, and with a table [run.parsl] executor = "parsl" was expected, or "local", which leaves that table aside.'),
+        (
+            'executor = "parsl"',
+            'run.parsl is missing, and with executor = "parsl" a table [run.parsl] with provider = "local", "slurm", "pbs" or "lsf" was expected.',
+        ),
+        (
+            'parsl = { provider = "local" }',
+            'run.executor is missing, and with a table [run.parsl] executor = "parsl" was expected, or "local", which leaves that table aside.',
+        ),
         ('executor = "parsl"\nparsl = { }', 'run.parsl.provider is missing, and "local", "slurm", "pbs" or "lsf" was expected.'),
         ('executor = "parsl"\nparsl = { provider = "slrum" }', 'run.parsl.provider must be "local", "slurm", "pbs" or "lsf", not "slrum"'),
-        ('executor = "parsl"\nparsl = { provider = "local", partition = "fast" }', 'run.parsl.partition is a key of clusters, and provider = "local" knows none of partition, account'),
-        ('executor = "parsl"\nparsl = { provider = "pbs" }', 'run.parsl.cores_per_node is missing, and with provider = "pbs" a whole number above 0 was expected.'),
-        ('executor = "parsl"\nparsl = { provider = "lsf", cores_per_node = 4, qos = "short" }', 'run.parsl.qos is a key of provider = "slurm", and not known with "lsf"; scheduler_options may say it.'),
-        ('executor = "parsl"\nparsl = { provider = "slurm", walltime = "90" }', 'run.parsl.walltime must be hours, minutes and seconds such as "04:00:00", not "90".'),
-        ('executor = "parsl"\nparsl = { provider = "slurm", walltime = "00:01:00" }', 'run.parsl.walltime is "00:01:00", and at least "00:02:00" was expected.'),
+        (
+            'executor = "parsl"\nparsl = { provider = "local", partition = "fast" }',
+            'run.parsl.partition is a key of clusters, and provider = "local" knows none of partition, account',
+        ),
+        (
+            'executor = "parsl"\nparsl = { provider = "pbs" }',
+            'run.parsl.cores_per_node is missing, and with provider = "pbs" a whole number above 0 was expected.',
+        ),
+        (
+            'executor = "parsl"\nparsl = { provider = "lsf", cores_per_node = 4, qos = "short" }',
+            'run.parsl.qos is a key of provider = "slurm", and not known with "lsf"; scheduler_options may say it.',
+        ),
+        (
+            'executor = "parsl"\nparsl = { provider = "slurm", walltime = "90" }',
+            'run.parsl.walltime must be hours, minutes and seconds such as "04:00:00", not "90".',
+        ),
+        (
+            'executor = "parsl"\nparsl = { provider = "slurm", walltime = "00:01:00" }',
+            'run.parsl.walltime is "00:01:00", and at least "00:02:00" was expected.',
+        ),
         ('executor = "parsl"\nparsl = { provider = "slurm", partition = "a b" }', "run.parsl.partition must be one word of letters, digits and"),
         ('executor = "parsl"\nparsl = { provider = "slurm", max_blocks = 0 }', "run.parsl.max_blocks must be a whole number above 0, not 0."),
     ],
@@ -115,7 +136,12 @@ def test_a_library_is_filled_by_it_too(call, tmp_path):
 
 
 def test_early_stops_are_refused_where_no_run_can_be_watched(call, tmp_path):
-    file = write(tmp_path, 'executor = "executors:two_processes"', (THE_PAPERS, 'method = "posterior"\nearly_stop = true'), ("s = false\ngl_error_increment = false\nerror = false\nerror_increment = false\n", ""))
+    file = write(
+        tmp_path,
+        'executor = "executors:two_processes"',
+        (THE_PAPERS, 'method = "posterior"\nearly_stop = true'),
+        ("s = false\ngl_error_increment = false\nerror = false\nerror_increment = false\n", ""),
+    )
     called = call("calibrate", file, "-o", tmp_path / "campaign")
     assert called.code == 1 and "filter.early_stop must be false where evaluations run by the executor of executors:two_processes" in called.err
 
@@ -164,7 +190,7 @@ for row in zip(STRAIN.tolist(), curves["stress_ratio"].tolist(), curves["volumet
 
 def of_a_program(*keys):
     """What puts the program of the test's soil in the place of its function."""
-    columns = "columns = { axial_strain = \"axial_strain\", stress_ratio = \"stress_ratio\", volumetric_strain = \"volumetric_strain\" }"
+    columns = 'columns = { axial_strain = "axial_strain", stress_ratio = "stress_ratio", volumetric_strain = "volumetric_strain" }'
     command = f'command = ["{sys.executable}", "program.py", "{{{{ strength }}}}", "{{{{ dilatancy }}}}"], link = ["program.py", "soil.py"]'
     model = ", ".join(['kind = "command"', command, 'keep = "all"', "time_limit = 60", f'output = {{ file = "-", {columns} }}', *keys])
     return '{ kind = "python", function = "soil:respond" }', f"{{ {model} }}"
@@ -191,7 +217,11 @@ def test_where_programs_run_in_scratch_the_nodes_need_not_see_the_campaigns_fold
     monkeypatch.setenv("HOME", str(home))
     # The block begins again where the campaign's folder is another one.
     hides = f'[ -n "$HIDDEN" ] || HIDDEN=1 exec unshare --mount bash "$0"; mount -t tmpfs none "{campaign}"'
-    file = write(tmp_path / "there", f"executor = \"parsl\"\nparsl = {{ provider = \"local\", cores_per_node = 2, worker_init = '{hides}' }}", of_a_program(f'scratch = "{scratch}"'))
+    file = write(
+        tmp_path / "there",
+        f'executor = "parsl"\nparsl = {{ provider = "local", cores_per_node = 2, worker_init = \'{hides}\' }}',
+        of_a_program(f'scratch = "{scratch}"'),
+    )
     (tmp_path / "there" / "program.py").write_text(PROGRAM)
     called = call("calibrate", file, "-o", campaign)
     assert called.code == 0, called.err

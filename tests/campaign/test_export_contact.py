@@ -25,7 +25,9 @@ def campaigns(tmp_path_factory):
     stop = gc.Stop(max_iterations=1)
     experiments = [gc.Experiment("one", tests[0], reference), gc.Experiment("two", tests[1], reference)]
     for count in (1, 2):
-        gc.calibrate(experiments[:count], space=space, method="iterative-bayesian", alpha=4, effective_sample_size=0.5, stop=stop, folder=folder / str(count), workers=2)
+        gc.calibrate(
+            experiments[:count], space=space, method="iterative-bayesian", alpha=4, effective_sample_size=0.5, stop=stop, folder=folder / str(count), workers=2
+        )
     return folder
 
 

@@ -21,7 +21,10 @@ def of_posterior(tmp_path_factory, fewer_draws):
     """Two experiments, by the method "posterior"."""
     folder = tmp_path_factory.mktemp("netcdf") / "campaign"
     space = gc.ParameterSpace({"phi": (20, 40), "psi": (0, 20)}, units={"phi": "deg", "psi": "deg"})
-    experiments = [gc.Experiment(name, gc.PythonModel(model), soil.reference(stiffness)) for name, model, stiffness in (("stiff", _stiff, 0.01), ("soft / loose", _soft, 0.03))]
+    experiments = [
+        gc.Experiment(name, gc.PythonModel(model), soil.reference(stiffness))
+        for name, model, stiffness in (("stiff", _stiff, 0.01), ("soft / loose", _soft, 0.03))
+    ]
     gc.calibrate(experiments, space=space, method="posterior", seed=3, max_evaluations=60, workers=1, folder=folder)
     return folder
 

@@ -41,7 +41,12 @@ def known_of(campaign):
 def test_a_campaign_goes_on_from_them(call, tmp_path, text):
     file = write_calibration(tmp_path, POSTERIOR, NO_CRITERIA, ("max_iterations = 3", "max_iterations = 2"))
     called = call("import", "grainlearning", kept_runs(tmp_path, text=text), file, "-o", tmp_path / "campaign")
-    assert called.code == 0 and "Learns from 40 runs of" in called.out and "That its model is the same is taken on trust." in called.out and called.out.endswith(f"graincal resume {tmp_path / 'campaign'}\n")
+    assert (
+        called.code == 0
+        and "Learns from 40 runs of" in called.out
+        and "That its model is the same is taken on trust." in called.out
+        and called.out.endswith(f"graincal resume {tmp_path / 'campaign'}\n")
+    )
     known = known_of(tmp_path / "campaign")
     np.testing.assert_allclose(known.theta, THETA, rtol=1e-9)
     for theta, curve in zip(THETA, known.responses[0]):
@@ -89,13 +94,24 @@ def test_curves_of_another_size_are_said(call, tmp_path):
 def test_what_cannot_be_learnt_from_is_counted(call, tmp_path):
     runs = kept_runs(tmp_path, np.concatenate([THETA[:10], [[1.2, 0.1]]])) / "iter0"
     good = respond(THETA[1]) | dict(zip(SPACE.names, THETA[1]))
-    write_npy(runs / "soil_Iter0_Sample01.npy", {"axial_strain": STRAIN[:8]} | {name: values[:8] if np.ndim(values) else values for name, values in good.items()})
-    write_npy(runs / "soil_Iter0_Sample02.npy", {"axial_strain": STRAIN} | respond(THETA[2]) | dict(zip(SPACE.names, THETA[2])) | {"stress_ratio": np.full(11, np.nan)})
+    write_npy(
+        runs / "soil_Iter0_Sample01.npy", {"axial_strain": STRAIN[:8]} | {name: values[:8] if np.ndim(values) else values for name, values in good.items()}
+    )
+    write_npy(
+        runs / "soil_Iter0_Sample02.npy",
+        {"axial_strain": STRAIN} | respond(THETA[2]) | dict(zip(SPACE.names, THETA[2])) | {"stress_ratio": np.full(11, np.nan)},
+    )
     shutil.copy(runs / "soil_Iter0_Sample03.npy", runs / "soil_Iter0_Sample04.npy")
     (runs / "soil_Iter0_Sample05.npy").unlink()
     called = call("import", "grainlearning", runs, write_calibration(tmp_path, POSTERIOR, NO_CRITERIA), "-o", tmp_path / "campaign")
     assert called.code == 0 and "Learns from 6 runs" in called.out
-    for said in ("1 of a table without a file", "1 shorter than the reference", "1 not finite at the reference's rows", "1 with other parameters than their table has", "1 at strength outside 0 to 1"):
+    for said in (
+        "1 of a table without a file",
+        "1 shorter than the reference",
+        "1 not finite at the reference's rows",
+        "1 with other parameters than their table has",
+        "1 at strength outside 0 to 1",
+    ):
         assert said in called.out, said
 
 
@@ -117,7 +133,11 @@ def test_outside_a_range_of_many_decades_is_by_the_logarithm(call, tmp_path):
         ([POSTERIOR, NO_CRITERIA], ["--column", "stress=q"], "--column names stress"),
         ([POSTERIOR, NO_CRITERIA], ["--parameter", "strength=open(1)"], "there is no function open"),
         ([POSTERIOR, NO_CRITERIA], ["--parameter", "strength"], "--parameter must be a parameter and an expression"),
-        ([POSTERIOR, NO_CRITERIA, (FUNCTION, 'kind = "triaxial", particles = 200, void_ratio = 0.7, confining_pressure = 1e5, fixed = { nu = 0.2 }')], [], "strength"),
+        (
+            [POSTERIOR, NO_CRITERIA, (FUNCTION, 'kind = "triaxial", particles = 200, void_ratio = 0.7, confining_pressure = 1e5, fixed = { nu = 0.2 }')],
+            [],
+            "strength",
+        ),
     ],
 )
 def test_what_cannot_be_is_said(call, tmp_path, changes, options, said):
@@ -130,7 +150,11 @@ def test_what_the_prior_holds_impossible_is_left_out(call, tmp_path):
     file = write_calibration(tmp_path, POSTERIOR, ("[parameters]", f'[[constraint]]\nrequire = "{first} < {second}"\n\n[parameters]'))
     called = call("import", "grainlearning", kept_runs(tmp_path), file, "-o", tmp_path / "campaign")
     met = THETA[THETA[:, 0] < THETA[:, 1]]
-    assert called.code == 0 and f"Learns from {len(met)} runs of" in called.out and f"left out: {len(THETA) - len(met)} where a constraint does not hold" in called.out
+    assert (
+        called.code == 0
+        and f"Learns from {len(met)} runs of" in called.out
+        and f"left out: {len(THETA) - len(met)} where a constraint does not hold" in called.out
+    )
     np.testing.assert_allclose(known_of(tmp_path / "campaign").theta, met, rtol=1e-9)
 
 

@@ -9,7 +9,13 @@ from graincal.campaign.found.status import status
 from .hyperbola import write_calibration
 
 
-@pytest.mark.parametrize(("change", "options", "ended_by", "then"), [(("max_iterations = 3", "max_iterations = 2"), (), "max_iterations", "--max-iterations 4"), (("", ""), ("--max-evaluations", 45), "max_evaluations", "--max-evaluations 90")])
+@pytest.mark.parametrize(
+    ("change", "options", "ended_by", "then"),
+    [
+        (("max_iterations = 3", "max_iterations = 2"), (), "max_iterations", "--max-iterations 4"),
+        (("", ""), ("--max-evaluations", 45), "max_evaluations", "--max-evaluations 90"),
+    ],
+)
 def test_a_limit_that_ended_it_is_named_with_the_command_that_goes_on(call, tmp_path, change, options, ended_by, then):
     folder = tmp_path / "my campaign"
     called = call("calibrate", write_calibration(tmp_path, change), "-o", folder, *options)

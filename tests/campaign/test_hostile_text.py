@@ -14,6 +14,8 @@ from graincal.campaign.file.examination import examine
 from .hyperbola import STRAIN, reference, respond, write_calibration
 
 HOSTILE = "x\x1b[2J\x1b[31mRED\x9b1m\u202ea\nb</script>$\\frac$"
+
+
 def hostile(theta):
     """What any function may raise and return."""
     if theta[0] > 0.6:
@@ -45,7 +47,9 @@ def obeyed(text):
     return {char for char in text if unicodedata.category(char) in ("Cc", "Cf", "Cs")} - {"\n"}
 
 
-@pytest.mark.parametrize("arguments", [["status"], ["status", "--json"], ["export", "--to", "csv"], ["export", "--to", "json"], ["report", "--figures", "png"], ["resume"]])
+@pytest.mark.parametrize(
+    "arguments", [["status"], ["status", "--json"], ["export", "--to", "csv"], ["export", "--to", "json"], ["report", "--figures", "png"], ["resume"]]
+)
 def test_no_command_prints_what_a_terminal_obeys(call, campaign, tmp_path, arguments, recwarn):
     folder = shutil.copytree(campaign, tmp_path / "campaign")
     called = call(arguments[0], folder, *arguments[1:])
@@ -73,9 +77,20 @@ def test_files_of_a_campaign_hold_one_line_for_each(call, campaign, tmp_path):
 def test_failures_and_further_quantities_are_kept_printable(campaign):
     result = gc.Result.read(campaign)
     kinds = {kind: reason for kind, reason, _ in result.failure_kinds()}
-    assert set(kinds) == {"error", "x\\x1b[2J\\x1b[31mRED\\x9b1m\\u202ea_b</script>$\\frac$"} and len(kinds["error"]) <= 1000 and "(test_hostile_text.py, line" in kinds["error"]
+    assert (
+        set(kinds) == {"error", "x\\x1b[2J\\x1b[31mRED\\x9b1m\\u202ea_b</script>$\\frac$"}
+        and len(kinds["error"]) <= 1000
+        and "(test_hostile_text.py, line" in kinds["error"]
+    )
     response = next(outcome for id in result.ids if isinstance(outcome := result.response(int(id)), gc.Response))
-    assert list(response.values) == ["stress_ratio", "volumetric_strain", "void_ratio", "z x\\x1b[2J\\x1b[31mRED\\x9b1m\\u202ea b</script>$\\frac$\\udce9", "z x\\x1b[2J\\x1b[31mRED\\x9b1m\\u202ea b</script>$\\frac$\\ud800", "\\x00"]
+    assert list(response.values) == [
+        "stress_ratio",
+        "volumetric_strain",
+        "void_ratio",
+        "z x\\x1b[2J\\x1b[31mRED\\x9b1m\\u202ea b</script>$\\frac$\\udce9",
+        "z x\\x1b[2J\\x1b[31mRED\\x9b1m\\u202ea b</script>$\\frac$\\ud800",
+        "\\x00",
+    ]
 
 
 @pytest.mark.parametrize("change", ["experiment", "parameter", "unit", "quantity"])
@@ -95,7 +110,11 @@ def test_python_refuses_names_that_cannot_be_shown(change):
         ("strength  =", '"a\\u202eb" =', 'parameters must have names of printable text, of at most 500 characters, not "a\\u202eb".'),
         ("strength  =", '"" =', 'parameters must have names of printable text, of at most 500 characters, not "".'),
         ('unit = "-"', 'unit = "\\u200b"', 'parameters.dilatancy.unit must be printable text of at most 500 characters, not "\\u200b".'),
-        ("volumetric_strain =", '"a\\u009b" =', 'experiment "drained": observables must have names of printable text, of at most 500 characters, not "a\\u009b".'),
+        (
+            "volumetric_strain =",
+            '"a\\u009b" =',
+            'experiment "drained": observables must have names of printable text, of at most 500 characters, not "a\\u009b".',
+        ),
         ("alpha = 10", '"al\\u001bpha" = 10', "filter.al\\x1bpha is not a key that is known here"),
         ('"reference.csv"', '"a\\u001b.csv"', "a\\x1b.csv: there is no such file, and a laboratory file was expected here."),
     ],
@@ -122,11 +141,21 @@ def test_a_folder_whose_name_is_not_in_utf_8_holds_a_campaign(call, tmp_path):
     folder = tmp_path / "caf\udce9"
     folder.mkdir()
     file = write_calibration(folder, ("= 3\ns", "= 1\ns"))
-    for arguments in (["check", file], ["calibrate", file, "-o", folder / "campaign"], ["status", folder / "campaign"], ["resume", folder / "campaign", "--max-iterations", "2"], ["report", folder / "campaign"], ["export", folder / "campaign", "--to", "json"]):
+    for arguments in (
+        ["check", file],
+        ["calibrate", file, "-o", folder / "campaign"],
+        ["status", folder / "campaign"],
+        ["resume", folder / "campaign", "--max-iterations", "2"],
+        ["report", folder / "campaign"],
+        ["export", folder / "campaign", "--to", "json"],
+    ):
         called = call(*arguments)
         assert called.code == 0 and not obeyed(called.out + called.err), called.err
     refused = call("init", folder / "reference.csv", "-o", tmp_path / "calibration.toml")
-    assert refused.code == 1 and "caf\\udce9/reference.csv: this name is not in UTF-8, as all text of a calibration file is, and another name was expected." in refused.err
+    assert (
+        refused.code == 1
+        and "caf\\udce9/reference.csv: this name is not in UTF-8, as all text of a calibration file is, and another name was expected." in refused.err
+    )
 
 
 def test_figures_are_drawn_with_any_name(call, tmp_path, recwarn):

@@ -103,7 +103,10 @@ def test_where_no_packing_can_be_prepared_that_is_said_and_left_out(engine, tmp_
     monkeypatch.setattr("graincal.models.stress_path.siblings", out_of_reach)
     result = calibrate(tmp_path / "campaign")
     assert result.knowledge.packings == (None,) and engine.runs == 0
-    assert "What packings differ by is left out, for none like that of experiment could be prepared: particles: too few." in (tmp_path / "campaign" / "log.txt").read_text()
+    assert (
+        "What packings differ by is left out, for none like that of experiment could be prepared: particles: too few."
+        in (tmp_path / "campaign" / "log.txt").read_text()
+    )
     assert gc.Result.read(tmp_path / "campaign").knowledge.packings == (None,)
 
 

@@ -138,7 +138,9 @@ def test_tables_and_programs_are_told_whose_value_it_is(folders, results, tmp_pa
 def test_a_truth_is_of_one_value_or_of_all(results):
     assert results["posterior"].truth == {"strength (0.5 MPa)": 0.6, "strength (1 MPa)": 0.35}
     assert Calibration(SPACE, experiments(), truth={"strength": 0.5, "dilatancy": 0.4}).check().truth == dict(zip(NAMES, (0.5, 0.5, 0.4)))
-    with pytest.raises(gc.InputError, match=r'truth.strength \(2 MPa\) is not a parameter .*; expected some of strength, dilatancy, strength \(0.5 MPa\), strength \(1 MPa\)'):
+    with pytest.raises(
+        gc.InputError, match=r"truth.strength \(2 MPa\) is not a parameter .*; expected some of strength, dilatancy, strength \(0.5 MPa\), strength \(1 MPa\)"
+    ):
         calibrate(truth={"strength (2 MPa)": 0.5})
 
 
@@ -171,13 +173,13 @@ def test_with_one_experiment_it_makes_no_difference():
     assert describe(one.calibration) == describe(other.calibration) and one.space.names == SHARED.names
 
 
-SECOND = '''[[experiment]]
+SECOND = """[[experiment]]
 name        = "loose"
 reference   = "reference.csv"
 observables = { stress_ratio = {} }
 model       = { kind = "python", function = "soil:respond" }
 
-[filter]'''
+[filter]"""
 
 
 def test_a_calibration_file_says_it_by_a_key(tmp_path, call):
@@ -211,7 +213,20 @@ def test_built_in_tests_are_predicted_with_the_values_of_one(tmp_path, monkeypat
     assert theta[0] > theta[1] + 10
 
     for number, name in enumerate(("low", "high")):
-        called = call("predict", tmp_path / "campaign", "--experiment", name, "--path", "undrained", "--axial-strain", 0.1, "--samples", 200, "-o", tmp_path / f"{name}.csv")
+        called = call(
+            "predict",
+            tmp_path / "campaign",
+            "--experiment",
+            name,
+            "--path",
+            "undrained",
+            "--axial-strain",
+            0.1,
+            "--samples",
+            200,
+            "-o",
+            tmp_path / f"{name}.csv",
+        )
         assert called.code == 0 and f'Predicts with the value of phi in "{name}".' in called.out
         predicted = np.genfromtxt(tmp_path / f"{name}.csv", delimiter=",", names=True)
         # Two hundred draws of sixty weighted samples, by their weights but for one draw each: a sixtieth of a spread of 40 degrees at most.

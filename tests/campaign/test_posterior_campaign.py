@@ -125,7 +125,11 @@ def test_the_folder_tells_all_of_it(folder, result, tmp_path):
     assert first["posterior_shift"] is None and second["posterior_shift"] == result.learnt[1].posterior_shift and second["held_out_error"] < 0.1
     assert last["log_evidence"] == result.log_evidence and first["s"] is None
     fits = result.fits_about_as_well
-    assert found["fits_about_as_well"] == {"runs": fits.count, "enough": fits.enough, "range": {name: [low, high] for name, low, high in zip(SPACE.names, fits.low, fits.high)}}
+    assert found["fits_about_as_well"] == {
+        "runs": fits.count,
+        "enough": fits.enough,
+        "range": {name: [low, high] for name, low, high in zip(SPACE.names, fits.low, fits.high)},
+    }
     assert [each["code"] for each in found["remarks"]][:1] == ["preliminary"] and found["remarks"][-1]["code"] == "stopped"
     curve = np.genfromtxt(folder / "curves" / "experiment_answer.csv", delimiter=",", names=True)
     # Of one of the three runs there, a millionth of the ranges apart.
@@ -185,7 +189,10 @@ def test_what_another_build_began_stays_as_it_was(tmp_path):
 
 
 def test_criteria_that_it_does_not_look_at_are_refused():
-    with pytest.raises(gc.InputError, match='stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations'):
+    with pytest.raises(
+        gc.InputError,
+        match='stop.s is a criterion of method = "iterative-bayesian", and "posterior", the default, looks at posterior_shift, max_iterations, max_evaluations',
+    ):
         calibrate(stop=gc.Stop(s=0.1))
 
 
@@ -226,11 +233,18 @@ def test_check_says_what_it_will_take_and_how_errors_were_understood():
     assert "measurement error of stress_ratio: sd 0.05, 1 % of the value, steps of 0.02" in said
     # The volumetric strain has its peak of 0.00624 at an axial strain of 0.12.
     assert "measurement error of volumetric_strain: sd 6.24e-05, taken for 1 % of the peak: none is stated" in said
-    assert "Expect 8 evaluations that fill the ranges, about" in _expectation(calibration)[-1] and "The limit ends it after 39, about" in _expectation(calibration)[-1]
+    assert (
+        "Expect 8 evaluations that fill the ranges, about" in _expectation(calibration)[-1]
+        and "The limit ends it after 39, about" in _expectation(calibration)[-1]
+    )
     # What a run is said to take is not timed, and lets hundreds fill the ranges.
     seconds, forecast = _expectation(replace(calibration, expected_seconds=10.0, workers=1, stop=gc.Stop(hours=2)))
     assert seconds == "about 10 s for an evaluation, as expected_seconds says"
-    assert "Expect 60 evaluations that fill the ranges, about 10 min" in forecast and "settles after some 203" in forecast and "begins no further batch after 2 hours" in forecast
+    assert (
+        "Expect 60 evaluations that fill the ranges, about 10 min" in forecast
+        and "settles after some 203" in forecast
+        and "begins no further batch after 2 hours" in forecast
+    )
 
 
 def replace_errors(error):
@@ -251,7 +265,9 @@ def test_what_was_learnt_is_read_and_not_learnt_again(folder, result, monkeypatc
 
 
 def test_a_campaign_of_which_another_build_would_have_made_other_runs_does_not_go_on_and_is_still_read(folder, result, monkeypatch):
-    monkeypatch.setattr("graincal.inference.posterior.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)]))
+    monkeypatch.setattr(
+        "graincal.inference.posterior.posterior_filter.PosteriorFilter._rng", lambda self, purpose, batch: np.random.default_rng([99, batch, len(purpose)])
+    )
     np.testing.assert_array_equal(gc.Result.read(folder).posterior.samples, result.posterior.samples)
     with pytest.raises(gc.InputError, match="other samples than are stored"):
         gc.resume(folder, gc.PythonModel(infeasible), max_iterations=3)

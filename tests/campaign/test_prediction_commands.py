@@ -39,10 +39,23 @@ def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(StressPathTest, "tasks", frictional.tasks)
         for name, wrong in models.items():
-            space = gc.ParameterSpace({key: limits for key, limits in {"phi": (10, 50), "eta_m": (0, 1)}.items() if key not in wrong}, units={} if wrong else {"phi": "deg"})
+            space = gc.ParameterSpace(
+                {key: limits for key, limits in {"phi": (10, 50), "eta_m": (0, 1)}.items() if key not in wrong}, units={} if wrong else {"phi": "deg"}
+            )
             test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED | wrong)
             reference = gc.Reference(STRAIN, measured(1), measurement_errors=ERRORS)
-            gc.calibrate(test, reference, space, folder=folder / name, workers=1, stop=gc.Stop(max_iterations=3, posterior_shift=0), seed=1, first_batch=8, packing_scatter=False, discrepancy=False)
+            gc.calibrate(
+                test,
+                reference,
+                space,
+                folder=folder / name,
+                workers=1,
+                stop=gc.Stop(max_iterations=3, posterior_shift=0),
+                seed=1,
+                first_batch=8,
+                packing_scatter=False,
+                discrepancy=False,
+            )
     for number, file in ((1, "fitted.csv"), (2, "held_out.csv")):
         columns = {"axial_strain": STRAIN, **measured(number)}
         # As many digits as it takes to read the same numbers again.
@@ -56,7 +69,18 @@ def closed_form(monkeypatch):
 
 
 def test_another_pressure_is_predicted_and_scored(call, folder, tmp_path):
-    called = call("predict", folder / "soil", "--confining-pressure", "1e6", "--against", folder / "held_out.csv", "-o", tmp_path / "band.csv", "--plot", tmp_path / "band.png")
+    called = call(
+        "predict",
+        folder / "soil",
+        "--confining-pressure",
+        "1e6",
+        "--against",
+        folder / "held_out.csv",
+        "-o",
+        tmp_path / "band.csv",
+        "--plot",
+        tmp_path / "band.png",
+    )
     assert called.code == 0 and "Predicted a triaxial test at 1000 kPa from 30 samples of the posterior" in called.out
     assert "calibrated against" not in called.out
     # The file says nothing of its errors, and the campaign's were stated: of twenty states of either column, eighteen are to be expected in the band.

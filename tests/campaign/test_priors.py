@@ -110,7 +110,10 @@ def test_a_killed_campaign_ends_as_if_it_never_was(results, method, tmp_path):
 def test_a_store_keeps_the_prior(folders):
     store = Store.open(folders["posterior"])
     assert store.description["constraints"] == ["v0 < v1"]
-    assert store.description["parameters"][:2] == [{"name": "E", "range": [1e6, 1e9], "unit": "Pa", "scale": "log"}, {"name": "shape", "fixed": 0.02, "unit": ""}]
+    assert store.description["parameters"][:2] == [
+        {"name": "E", "range": [1e6, 1e9], "unit": "Pa", "scale": "log"},
+        {"name": "shape", "fixed": 0.02, "unit": ""},
+    ]
     experiments = [gc.Experiment("experiment", gc.PythonModel(respond), measured())]
     assert store.keeps(Calibration(SPACE, experiments, seed=4, **POSTERIOR))
     plain = {"E": (1e6, 1e9), "shape": 0.02, "v0": (0, 1), "v1": (0, 1)}
@@ -125,10 +128,17 @@ def test_tables_reports_and_programs_see_plain_values_and_what_the_prior_is(fold
         assert tables["samples.csv"][0][2:5] == ["E", "v0", "v1"] and 1e6 <= float(tables["samples.csv"][1][2]) <= 1e9
         (path,) = export_json(result, tmp_path / name)
         document = json.loads(path.read_text())
-        assert document["parameters"]["E"] == {"range": [1e6, 1e9], "unit": "Pa", "scale": "log"} and document["parameters"]["v0"] == {"range": [0, 1], "unit": ""}
+        assert document["parameters"]["E"] == {"range": [1e6, 1e9], "unit": "Pa", "scale": "log"} and document["parameters"]["v0"] == {
+            "range": [0, 1],
+            "unit": "",
+        }
         assert document["fixed"] == {"shape": {"value": 0.02, "unit": ""}} and document["constraints"] == ["v0 < v1"]
         report = result.report(tmp_path / f"{name}.html").read_text()
-        for sentence in ("Fixed: shape = 0.02.", "The prior of E is uniform in the logarithm.", "The prior is uniform where v0 &lt; v1, which is 50 % of the ranges."):
+        for sentence in (
+            "Fixed: shape = 0.02.",
+            "The prior of E is uniform in the logarithm.",
+            "The prior is uniform where v0 &lt; v1, which is 50 % of the ranges.",
+        ):
             assert sentence in report
     shown = call("report", folders["posterior"])
     assert shown.code == 0
@@ -179,7 +189,9 @@ EDITS = (
 def write(folder, *replacements):
     path = write_calibration(folder, *EDITS, *replacements)
     soil = folder / "soil.py"
-    soil.write_text(soil.read_text().replace("strength, dilatancy = theta", "strength, offset, dilatancy = theta\n    assert offset == 0.5 and strength > dilatancy"))
+    soil.write_text(
+        soil.read_text().replace("strength, dilatancy = theta", "strength, offset, dilatancy = theta\n    assert offset == 0.5 and strength > dilatancy")
+    )
     return path
 
 
@@ -195,7 +207,12 @@ def test_a_calibration_file_says_it_by_keys(tmp_path, call):
     assert space.contains(middle_of(space)[None]).all() and expect(calibration)[0].failure is None
     checked = call("check", path)
     assert checked.code == 0
-    for sentence in ("parameter strength: 0.01 to 1", "Fixed: offset = 0.5 kPa.", "The prior of strength is uniform in the logarithm.", "The prior is uniform where strength > dilatancy and offset + strength < 1.25, which is"):
+    for sentence in (
+        "parameter strength: 0.01 to 1",
+        "Fixed: offset = 0.5 kPa.",
+        "The prior of strength is uniform in the logarithm.",
+        "The prior is uniform where strength > dilatancy and offset + strength < 1.25, which is",
+    ):
         assert sentence in checked.out
     for arguments in (["calibrate", path, "-o", tmp_path / "campaign"], ["status", tmp_path / "campaign"], ["report", tmp_path / "campaign"]):
         assert call(*arguments).code == 0
@@ -210,15 +227,35 @@ def test_a_calibration_file_says_it_by_keys(tmp_path, call):
         ("[0.01, 1]", "[0, 1]", 'parameters.strength: scale = "log" needs a range of numbers above 0, not [0.0, 1.0].'),
         ("fixed = 0.5", "fixed = true", "parameters.offset.fixed must be a number, not true."),
         ("fixed = 0.5", "fixed = inf", "parameters.offset.fixed must be a number, not Infinity."),
-        ("fixed = 0.5", "fixed = 0.5, range = [0, 1]", "parameters.offset.range says nothing of a parameter that is fixed, and fixed without range, or range without fixed, was expected."),
-        ("strength > dilatancy", "strength > dilatency", 'constraint.require = "strength > dilatency" names dilatency, which is no parameter (did you mean "dilatancy"?)'),
-        ('offset = { fixed = 0.5, unit = "kPa" }', "offset = 0.5", "parameters.offset must be a table, { fixed = 0.5 } for a value that is known or { range = [low, high] }, not 0.5."),
-        ("strength > dilatancy", "strength > 2", 'constraint.require = "strength > 2", "offset + strength < 1.25": of 1,048,576 points that fill the ranges none is left'),
+        (
+            "fixed = 0.5",
+            "fixed = 0.5, range = [0, 1]",
+            "parameters.offset.range says nothing of a parameter that is fixed, and fixed without range, or range without fixed, was expected.",
+        ),
+        (
+            "strength > dilatancy",
+            "strength > dilatency",
+            'constraint.require = "strength > dilatency" names dilatency, which is no parameter (did you mean "dilatancy"?)',
+        ),
+        (
+            'offset = { fixed = 0.5, unit = "kPa" }',
+            "offset = 0.5",
+            "parameters.offset must be a table, { fixed = 0.5 } for a value that is known or { range = [low, high] }, not 0.5.",
+        ),
+        (
+            "strength > dilatancy",
+            "strength > 2",
+            'constraint.require = "strength > 2", "offset + strength < 1.25": of 1,048,576 points that fill the ranges none is left',
+        ),
         ("strength > dilatancy", "strength > 0", 'constraint.require = "strength > 0" holds all over the ranges'),
         ("strength > dilatancy", "strength", 'constraint.require = "strength" is no condition'),
         ("strength > dilatancy", "open('x') > 1", "constraint.require = \"open('x') > 1\": there is no function open"),
         ('require = "strength > dilatancy"', "require = 3", 'constraint 1: require must be a condition on the parameters, such as "v0 < v1", not 3.'),
-        ('require = "strength > dilatancy"', 'requires = "strength > dilatancy"', 'constraint 1: requires is not a key that is known here (did you mean "require"?)'),
+        (
+            'require = "strength > dilatancy"',
+            'requires = "strength > dilatancy"',
+            'constraint 1: requires is not a key that is known here (did you mean "require"?)',
+        ),
     ],
 )
 def test_each_mistake_is_one_sentence_with_the_file_and_the_key(tmp_path, old, new, said):
@@ -230,8 +267,10 @@ def test_each_mistake_is_one_sentence_with_the_file_and_the_key(tmp_path, old, n
 
 def test_contact_parameters_that_are_fixed_are_checked_as_others_are():
     space = gc.ParameterSpace({"phi": (10, 50), "nu": 0.2, "log_E": 1e9}, units={"log_E": "Pa"})
-    with pytest.raises(gc.InputError, match="parameters.log_E.fixed must be a number at least 0 and below 20, where the contact law means something, not 1e\\+09; for a modulus of 1e\\+09 Pa write 9"):
+    with pytest.raises(
+        gc.InputError,
+        match="parameters.log_E.fixed must be a number at least 0 and below 20, where the contact law means something, not 1e\\+09; for a modulus of 1e\\+09 Pa write 9",
+    ):
         check_ranges(space, "linear")
     with pytest.raises(gc.InputError, match='parameters.log_E.unit must be "log10 Pa" or left out, .* so write the value in that unit'):
         check_units(space, "linear")
-

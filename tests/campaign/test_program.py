@@ -135,7 +135,11 @@ def test_what_ran_in_one_experiment_is_kept_where_nothing_can_be_started_in_anot
     (tools := tmp_path / "tools").mkdir()
     file = write(tmp_path)
     text = file.read_text()
-    second = text[text.index("[[experiment]]") : text.index("[filter]")].replace('"test"', '"another test"').replace(f'"{sys.executable}", "-I"', '"simulator", "-I"')
+    second = (
+        text[text.index("[[experiment]]") : text.index("[filter]")]
+        .replace('"test"', '"another test"')
+        .replace(f'"{sys.executable}", "-I"', '"simulator", "-I"')
+    )
     file.write_text(text.replace("[filter]", second + "[filter]"))
     folder = tmp_path / "campaign"
     for _ in range(2):
@@ -219,11 +223,18 @@ def test_a_mistake_is_one_sentence_with_the_key(tmp_path, old, new, sentence):
 
 
 def test_check_runs_nothing_of_the_user_s_and_with_run_it_draws_what_was_read(tmp_path, call):
-    file = write(tmp_path, PROGRAM + f"open({str(tmp_path / 'ran')!r}, 'w')\n", replace=[("time_limit = 60", 'time_limit = 60\ntemplates = { "case.in" = "case.in.template" }')])
+    file = write(
+        tmp_path,
+        PROGRAM + f"open({str(tmp_path / 'ran')!r}, 'w')\n",
+        replace=[("time_limit = 60", 'time_limit = 60\ntemplates = { "case.in" = "case.in.template" }')],
+    )
     (tmp_path / "case.in.template").write_text("a {{ a }}\n")
     checked = call("check", file, "--plot", tmp_path / "one.png")
     assert checked.code == 0 and not (tmp_path / "ran").exists()
-    assert re.search(r'Inputs of the first sample in "test":\n  a = [\d.]+, b = [\d.]+\n  \S+ -I -S program.py \S+ \S+ mark\n  program.py is a link to \S+\n  case.in:\n    a [\d.]+\n', checked.out)
+    assert re.search(
+        r'Inputs of the first sample in "test":\n  a = [\d.]+, b = [\d.]+\n  \S+ -I -S program.py \S+ \S+ mark\n  program.py is a link to \S+\n  case.in:\n    a [\d.]+\n',
+        checked.out,
+    )
     ran = call("check", file, "--run", "--plot", tmp_path / "two.png")
     assert ran.code == 0 and (tmp_path / "ran").exists() and re.search(r"stress_ratio +\S+  1\.\d+ to \d.*\n +reference +\S+", ran.out)
     assert (tmp_path / "two.png").stat().st_size > (tmp_path / "one.png").stat().st_size
@@ -245,7 +256,15 @@ def test_runs_of_a_program_serve_another_calibration_of_it_whatever_its_limits(t
 
 
 def test_a_store_has_all_of_a_program_again(tmp_path):
-    file = write(tmp_path, replace=[("time_limit = 60", 'memory = 1e9\ncores = 2\nmax_at_once = 1\nscratch = "/tmp"\nsuccess_exit_codes = [0, 4]\nderived = { c = "a + b" }\nparameters_file = "p.json"')])
+    file = write(
+        tmp_path,
+        replace=[
+            (
+                "time_limit = 60",
+                'memory = 1e9\ncores = 2\nmax_at_once = 1\nscratch = "/tmp"\nsuccess_exit_codes = [0, 4]\nderived = { c = "a + b" }\nparameters_file = "p.json"',
+            )
+        ],
+    )
     calibration = read_calibration(file)
     with_store = Store.create(calibration, tmp_path)
     with_store.close()

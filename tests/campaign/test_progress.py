@@ -11,7 +11,13 @@ from graincal.campaign.run import outlook, progress
 
 from . import hyperbola
 
-ASKED = {"method": "iterative-bayesian", "alpha": 5, "seed": 3, "workers": 1, "stop": gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=2)}
+ASKED = {
+    "method": "iterative-bayesian",
+    "alpha": 5,
+    "seed": 3,
+    "workers": 1,
+    "stop": gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=2),
+}
 
 
 def calibrate(**options):

@@ -37,7 +37,9 @@ SHARES = "{ stress_ratio = { variance_share = 0.5 }, volumetric_strain = { varia
 def measured(recorded=("volumetric_strain",), factor=1.0):
     """The stress ratio at the truth, and others beside it, as many times too large."""
     curves = respond(TRUTH)
-    return gc.Reference(STRAIN, {"stress_ratio": curves["stress_ratio"]}, measurement_errors=ERRORS, recorded={name: factor * curves[name] for name in recorded})
+    return gc.Reference(
+        STRAIN, {"stress_ratio": curves["stress_ratio"]}, measurement_errors=ERRORS, recorded={name: factor * curves[name] for name in recorded}
+    )
 
 
 def sometimes_without(theta):
@@ -73,7 +75,9 @@ def test_nothing_that_is_found_depends_on_it(result):
             np.testing.assert_array_equal(getattr(result, name), getattr(other, name))
         np.testing.assert_array_equal(result.posterior.samples, other.posterior.samples)
         np.testing.assert_array_equal(result.posterior.weights, other.posterior.weights)
-        assert [iteration.gl_error for iteration in result.iterations] == pytest.approx([iteration.gl_error for iteration in other.iterations], rel=0, abs=0, nan_ok=True)
+        assert [iteration.gl_error for iteration in result.iterations] == pytest.approx(
+            [iteration.gl_error for iteration in other.iterations], rel=0, abs=0, nan_ok=True
+        )
 
 
 def test_its_errors_are_those_of_the_curves(result):
@@ -187,9 +191,18 @@ def test_a_calibration_file_says_what_is_not_fitted(tmp_path):
 @pytest.mark.parametrize(
     ("observables", "said"),
     [
-        ("{ stress_ratio = {}, volumetric_strain = { fitted = false, variance_share = 0.5 } }", "volumetric_strain is not fitted, as fitted = false says, so that variance_share cannot stand beside it."),
-        ("{ stress_ratio = {}, volumetric_strain = { fitted = false, step = 1e-4, noise = 1e-4 } }", "volumetric_strain is not fitted, as fitted = false says, so that step and noise cannot stand beside it."),
-        ("{ stress_ratio = { fitted = false }, volumetric_strain = { fitted = false } }", "observables are all fitted = false, and at least one that is fitted was expected."),
+        (
+            "{ stress_ratio = {}, volumetric_strain = { fitted = false, variance_share = 0.5 } }",
+            "volumetric_strain is not fitted, as fitted = false says, so that variance_share cannot stand beside it.",
+        ),
+        (
+            "{ stress_ratio = {}, volumetric_strain = { fitted = false, step = 1e-4, noise = 1e-4 } }",
+            "volumetric_strain is not fitted, as fitted = false says, so that step and noise cannot stand beside it.",
+        ),
+        (
+            "{ stress_ratio = { fitted = false }, volumetric_strain = { fitted = false } }",
+            "observables are all fitted = false, and at least one that is fitted was expected.",
+        ),
         ("{ stress_ratio = {}, volumetric_strain = { fitted = 0 } }", "volumetric_strain.fitted must be true or false, not 0."),
     ],
 )
@@ -244,7 +257,10 @@ def test_a_built_in_test_is_calibrated_with_it(tmp_path, monkeypatch):
 def test_a_wrong_sign_of_it_is_a_problem_too(tmp_path):
     contracts_first = 0.3 * STRAIN * np.exp(-STRAIN / 0.02) - 0.1 * STRAIN**2 / (0.05 + STRAIN)
     stress_ratio = {"stress_ratio": respond(TRUTH)["stress_ratio"]}
-    assert doubts_of_reference(tested.Tested(gc.Reference(STRAIN, stress_ratio, recorded={"volumetric_strain": contracts_first}), "triaxial", 1e5, 0.7), "drained") == []
+    assert (
+        doubts_of_reference(tested.Tested(gc.Reference(STRAIN, stress_ratio, recorded={"volumetric_strain": contracts_first}), "triaxial", 1e5, 0.7), "drained")
+        == []
+    )
     reference = gc.Reference(STRAIN, stress_ratio, recorded={"volumetric_strain": -contracts_first})
     found = doubts_of_reference(tested.Tested(reference, "triaxial", 1e5, 0.7), "drained")
     assert [doubt.code for doubt in found] == ["dilates-first"]

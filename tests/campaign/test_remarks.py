@@ -36,7 +36,15 @@ PACKING = frictional.packing()
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("remarks") / "campaign"
     reference = gc.Reference(frictional.STRAIN, frictional.curves(32.0, 0.3), measurement_errors={"stress_ratio": 0.01})
-    options = {"seed": 1, "workers": 1, "first_batch": 12, "stop": gc.Stop(max_iterations=2), "packing_scatter": False, "truth": {"phi": 32.0}, "folder": folder}
+    options = {
+        "seed": 1,
+        "workers": 1,
+        "first_batch": 12,
+        "stop": gc.Stop(max_iterations=2),
+        "packing_scatter": False,
+        "truth": {"phi": 32.0},
+        "folder": folder,
+    }
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(StressPathTest, "tasks", frictional.tasks)
         gc.calibrate(gc.TriaxialTest(PACKING, 0.5e6, fixed=FIXED), reference, SPACE, **options)
@@ -88,7 +96,13 @@ EMULATORS = [
 LEARNT = [
     {"doubt": 0.1, "confirmed": 1.0, "siblings": (6,), "apart": (1.0,)},
     {"doubt": 0.9, "confirmed": np.nan, "siblings": (6,), "apart": (3.0,)},
-    {"doubt": 0.1, "confirmed": np.nan, "siblings": (0,), "apart": (np.nan,), "fits_about_as_well": LikelyRuns(2, (20.0, 0.2, 0.1), (30.0, 0.3, 0.9), -10.0, 3)},
+    {
+        "doubt": 0.1,
+        "confirmed": np.nan,
+        "siblings": (0,),
+        "apart": (np.nan,),
+        "fits_about_as_well": LikelyRuns(2, (20.0, 0.2, 0.1), (30.0, 0.3, 0.9), -10.0, 3),
+    },
     {"doubt": 0.1, "confirmed": 0.1, "siblings": (), "apart": (), "fits_about_as_well": None},
 ]
 KNOWN = [None, ByEmulators(0.05, 1.0), ByEmulators(0.3, 9.0), ByEmulators(0.9, 0.01, (0.7, 0.3))]
@@ -105,7 +119,14 @@ def states(result):
 
     middle = SPACE.from_unit(np.full(3, 0.5))
     # Not run again yet; at the end of the ranges; runs that scatter, by much or by little; and one of them failed.
-    answers = [{}, {"iterations": result.iterations[:-1]}, at(SPACE.high), at(middle, [1.0, 6.0, 7.0]), at(middle, [6.0, 6.1, 6.2]), at(middle, [np.nan, 7.0, 7.001])]
+    answers = [
+        {},
+        {"iterations": result.iterations[:-1]},
+        at(SPACE.high),
+        at(middle, [1.0, 6.0, 7.0]),
+        at(middle, [6.0, 6.1, 6.2]),
+        at(middle, [np.nan, 7.0, 7.001]),
+    ]
     posteriors = [((0.1, 0.5, 0.9), 0.0), ((0.2, 0.2, 0.2), 0.95)]
     looks = [replace(spread(result.found, *posterior), **emulator) for posterior, emulator in product(posteriors, EMULATORS)]
     for _ in range(800):
@@ -122,7 +143,11 @@ def states(result):
     yield altered(result, calibration=two, found=found, stopped_by="posterior_shift"), KNOWN[1]
     for failed in (np.ones(len(result.failed), dtype=bool), result.failed):
         yield altered(result, {"fits_about_as_well": None}, found=None, failed=failed, stopped_by="failures"), None
-    beside = gc.Reference(frictional.STRAIN, {"stress_ratio": frictional.curves(32.0, 0.3)["stress_ratio"]}, recorded={"volumetric_strain": frictional.curves(32.0, 0.3)["volumetric_strain"]})
+    beside = gc.Reference(
+        frictional.STRAIN,
+        {"stress_ratio": frictional.curves(32.0, 0.3)["stress_ratio"]},
+        recorded={"volumetric_strain": frictional.curves(32.0, 0.3)["volumetric_strain"]},
+    )
     recorded = replace(result.calibration, experiments=[replace(result.experiments[0], reference=beside)])
     yield altered(result, found=found, calibration=recorded), KNOWN[1]
     yield altered(result, found=found, accepted=(Doubt("stress-ratio-high", "the stress ratio reaches 40.", "drained"),), code_changed="model.py"), KNOWN[1]
@@ -179,9 +204,22 @@ def test_python_the_status_and_the_terminal_say_the_same(folder, result, call):
     said = summarise(result)
     assert all(each.plain in said for each in result.remarks)
     fits, lines = result.fits_about_as_well, call("status", folder).out
-    assert found["fits_about_as_well"] == {"runs": fits.count, "enough": fits.enough, "range": {name: [low, high] for name, low, high in zip(SPACE.names, fits.low, fits.high)}}
+    assert found["fits_about_as_well"] == {
+        "runs": fits.count,
+        "enough": fits.enough,
+        "range": {name: [low, high] for name, low, high in zip(SPACE.names, fits.low, fits.high)},
+    }
     assert "The posterior has not settled: " in lines and "fit about as well as" in lines and "Preliminary" not in lines
-    assert {each.code for each in result.remarks} >= {"interval-so-far", "identifiability-open", "not-settled", "preliminary", "one-packing", "fits-about-as-well", "answer", "stopped"}
+    assert {each.code for each in result.remarks} >= {
+        "interval-so-far",
+        "identifiability-open",
+        "not-settled",
+        "preliminary",
+        "one-packing",
+        "fits-about-as-well",
+        "answer",
+        "stopped",
+    }
     of_each = [each.numbers for each in result.remarks if each.code == "interval-so-far"]
     assert [numbers["parameter"] for numbers in of_each] == list(SPACE.names) and of_each[0]["truth"] == 32.0 and of_each[1]["truth"] is None
     assert {name: {numbers["parameter"]: numbers[name] for numbers in of_each} for name in ("mean", "std", "interval_90")} == found["posterior"]
@@ -195,5 +233,7 @@ def test_what_is_given_by_other_methods_is_nothing():
 
 def test_campaigns_need_no_report():
     # Whoever asks how far a campaign is waits for no figures.
-    code = "import sys, graincal.campaign.found.record, graincal.campaign.found.status; sys.exit(any(name.startswith('graincal.report') for name in sys.modules))"
+    code = (
+        "import sys, graincal.campaign.found.record, graincal.campaign.found.status; sys.exit(any(name.startswith('graincal.report') for name in sys.modules))"
+    )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -65,7 +65,11 @@ def test_a_library_that_was_broken_off_goes_on(tmp_path):
     gc.explore(gc.PythonModel(infeasible), SPACE, **arguments)
     one, other = (Store.open(folder) for folder in (whole, tmp_path / "library"))
     np.testing.assert_array_equal(one.all_samples().theta, other.all_samples().theta)
-    assert all(np.array_equal(one.outcome(id, 0).values["stress_ratio"], other.outcome(id, 0).values["stress_ratio"]) for id in range(40) if isinstance(one.outcome(id, 0), gc.Response))
+    assert all(
+        np.array_equal(one.outcome(id, 0).values["stress_ratio"], other.outcome(id, 0).values["stress_ratio"])
+        for id in range(40)
+        if isinstance(one.outcome(id, 0), gc.Response)
+    )
 
 
 def test_a_calibration_learns_from_runs_that_are_there(tmp_path):
@@ -101,7 +105,9 @@ def test_of_other_ranges_the_part_that_no_run_covers_is_filled_first(tmp_path):
     first = result.samples[result.iteration == 0]
     assert np.mean(first[:, 0] > 0.5) > 0.9 and 12 <= len(first) <= 28
     # And runs outside of narrower ranges are left out.
-    narrow = Calibration(gc.ParameterSpace({"strength": (0.25, 1), "dilatancy": (0, 1)}), [gc.Experiment("drained", gc.PythonModel(infeasible), measured())], "posterior")
+    narrow = Calibration(
+        gc.ParameterSpace({"strength": (0.25, 1), "dilatancy": (0, 1)}), [gc.Experiment("drained", gc.PythonModel(infeasible), measured())], "posterior"
+    )
     runs = known_runs([folder], narrow)
     assert len(runs) < 40 and runs.theta[:, 0].min() >= 0.25 and "at strength outside 0.25 to 1" in runs.sources[0]
 
@@ -116,7 +122,9 @@ def test_where_runs_lie_far_apart_is_open():
 
 def test_runs_of_other_models_and_parameters_are_refused_by_name(tmp_path):
     folder = library(tmp_path / "library")
-    with pytest.raises(gc.InputError, match=r'they differ in the function; runs of the same settings were expected. Runs of other settings can serve as a first look'):
+    with pytest.raises(
+        gc.InputError, match=r"they differ in the function; runs of the same settings were expected. Runs of other settings can serve as a first look"
+    ):
         gc.calibrate(gc.PythonModel(respond), measured(), SPACE, runs=[folder])
     with pytest.raises(gc.InputError, match="its runs have no cohesion"):
         calibrate([folder], gc.ParameterSpace({"strength": (0, 1), "cohesion": (0, 1)}))
@@ -251,7 +259,12 @@ def test_runs_at_one_pressure_are_runs_at_another(tmp_path):
 
 def test_a_calibration_file_names_its_runs(tmp_path):
     # A function that knows no other states than the reference's.
-    path = write_calibration(tmp_path, ('function = "soil:respond"', f'function = "soil:respond", control = {STRAIN.tolist()}'), (THE_PAPERS, 'runs = ["library"]'), ("s = false\ngl_error_increment = false\nerror = false\nerror_increment = false\n", ""))
+    path = write_calibration(
+        tmp_path,
+        ('function = "soil:respond"', f'function = "soil:respond", control = {STRAIN.tolist()}'),
+        (THE_PAPERS, 'runs = ["library"]'),
+        ("s = false\ngl_error_increment = false\nerror = false\nerror_increment = false\n", ""),
+    )
     with pytest.raises(gc.InputError, match=r"filter.runs: .*library: there is no campaign in this folder"):
         read_calibration(path)
     fill(read_calibration(path, exploring=True), tmp_path / "library", 20)
@@ -260,4 +273,3 @@ def test_a_calibration_file_names_its_runs(tmp_path):
     without = write_calibration(tmp_path, ('reference   = "reference.csv"\n', ""))
     with pytest.raises(gc.InputError, match=r"it has no reference, and the name of a laboratory file, or a table \[experiment.reference\], was expected"):
         read_calibration(without)
-

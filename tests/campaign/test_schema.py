@@ -11,7 +11,11 @@ jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not install
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(ROOT.glob("examples/*/*.toml"))
-WRITTEN = [(page.name, block) for page in sorted([ROOT / "README.md", *ROOT.glob("docs/*.md")]) for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)]
+WRITTEN = [
+    (page.name, block)
+    for page in sorted([ROOT / "README.md", *ROOT.glob("docs/*.md")])
+    for block in re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
+]
 
 
 @pytest.fixture

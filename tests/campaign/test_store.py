@@ -50,7 +50,9 @@ def test_a_known_truth_is_kept_and_changes_nothing_of_what_is_asked(tmp_path):
     assert store.calibration.truth == {"strength": 0.6} and store.keeps(calibration())
 
 
-@pytest.mark.parametrize(("truth", "said"), [({"phi": 30}, "truth.phi is not a parameter; expected some of strength"), ({"strength": np.nan}, "truth.strength must be a number")])
+@pytest.mark.parametrize(
+    ("truth", "said"), [({"phi": 30}, "truth.phi is not a parameter; expected some of strength"), ({"strength": np.nan}, "truth.strength must be a number")]
+)
 def test_a_truth_of_something_else_is_refused(truth, said):
     with pytest.raises(InputError, match=said):
         calibration(truth=truth).check()
@@ -172,7 +174,10 @@ def test_a_file_that_is_no_store_is_said(tmp_path):
         Store.open(tmp_path)
 
 
-@pytest.mark.parametrize(("format", "said"), [(99, r"reads formats up to 5: a later version of graincal was expected"), (3, r"reads the formats 4 and 5 alone: calibrate again, in another folder")])
+@pytest.mark.parametrize(
+    ("format", "said"),
+    [(99, r"reads formats up to 5: a later version of graincal was expected"), (3, r"reads the formats 4 and 5 alone: calibrate again, in another folder")],
+)
 def test_a_store_of_another_format_is_refused(tmp_path, format, said):
     Store.create(calibration(), tmp_path).close()
     with sqlite3.connect(tmp_path / "campaign.db") as db:

@@ -75,7 +75,13 @@ def test_the_same_calibration_elsewhere_is_the_same(call, begun, tmp_path):
 
 
 def test_how_many_runs_fill_the_ranges_is_decided_once(call, tmp_path):
-    file = write_calibration(tmp_path, (THE_PAPERS, 'method = "posterior"'), (OF_POSTERIOR, "posterior_shift = false\nmax_evaluations = 30\n"), ("max_iterations = 3\n", ""), ("workers = 1", "workers = 1\nexpected_seconds = 60"))
+    file = write_calibration(
+        tmp_path,
+        (THE_PAPERS, 'method = "posterior"'),
+        (OF_POSTERIOR, "posterior_shift = false\nmax_evaluations = 30\n"),
+        ("max_iterations = 3\n", ""),
+        ("workers = 1", "workers = 1\nexpected_seconds = 60"),
+    )
     assert call("calibrate", file, "-o", tmp_path / "campaign", "-q").code == 0
     for instead in ("expected_seconds = 100", ""):
         file.write_text(file.read_text().replace("expected_seconds = 60", instead))
@@ -88,7 +94,10 @@ def test_how_many_runs_fill_the_ranges_is_decided_once(call, tmp_path):
     ("replacements", "said"),
     [
         ([], "64 workers are more than the 20 samples of an iteration: 44 of them would have no work; a larger alpha under [filter] gives them some."),
-        ([(THE_PAPERS, POSTERIOR), (OF_POSTERIOR, "")], "64 workers are more than the 12 runs that are under way at once after the first batch: 52 of them would have no work; a larger batch, or ahead, under [filter] gives them some."),
+        (
+            [(THE_PAPERS, POSTERIOR), (OF_POSTERIOR, "")],
+            "64 workers are more than the 12 runs that are under way at once after the first batch: 52 of them would have no work; a larger batch, or ahead, under [filter] gives them some.",
+        ),
         ([(THE_PAPERS, POSTERIOR.replace("batch = 6", "batch = 32").replace("first_batch = 20", "first_batch = 40")), (OF_POSTERIOR, "")], None),
     ],
 )
@@ -101,7 +110,10 @@ def test_check_says_how_many_workers_would_idle(call, tmp_path, replacements, sa
 
 def test_failures_are_counted_by_kind(call, tmp_path):
     file = write_calibration(tmp_path, ("= 3\ns", "= 1\ns"), ('"soil:respond"', '"soil:fails", timeout = 0.5'))
-    (tmp_path / "soil.py").write_text((tmp_path / "soil.py").read_text() + "\nimport time\nfrom graincal import Failure\n\ndef fails(theta):\n    if theta[0] > 0.9:\n        time.sleep(60)\n    if theta[0] > 0.7:\n        return Failure('infeasible', 'no such soil.')\n    return respond(theta)\n")
+    (tmp_path / "soil.py").write_text(
+        (tmp_path / "soil.py").read_text()
+        + "\nimport time\nfrom graincal import Failure\n\ndef fails(theta):\n    if theta[0] > 0.9:\n        time.sleep(60)\n    if theta[0] > 0.7:\n        return Failure('infeasible', 'no such soil.')\n    return respond(theta)\n"
+    )
     assert call("calibrate", file, "-o", tmp_path / "campaign", "-q", "--workers", "2").code == 0
     found = json.loads(call("status", tmp_path / "campaign", "--json").out)
     assert set(found["failure_kinds"]) <= {"infeasible", "timed_out", "error"} and found["failure_kinds"]["timed_out"] >= 1

@@ -92,7 +92,12 @@ def test_the_engine_may_look_first(written):
     look = read_calibration(written(TRIAXIAL + ", time_limit = 50", rest='\n[first_look]\nmodel = { kind = "triaxial" }\n')).look
     test = look.experiments[0].model
     # What both kinds know is the same.
-    assert isinstance(test, TriaxialTest) and test.confining_pressure == 0.5e6 and dict(test.fixed) == {"nu": 0.2, "beta_m": 0.1, "eta_m": 0.3} and test.packing.count == 500
+    assert (
+        isinstance(test, TriaxialTest)
+        and test.confining_pressure == 0.5e6
+        and dict(test.fixed) == {"nu": 0.2, "beta_m": 0.1, "eta_m": 0.3}
+        and test.packing.count == 500
+    )
 
 
 def test_a_look_of_no_kind_is_said(written, call):

@@ -15,7 +15,9 @@ RATIO_OF = (", void_ratio = {}", ""), ("stress_ratio = {}, volumetric_strain = {
 VOLUME = ("excess_pore_pressure = {}", "volumetric_strain = {}")
 
 
-@pytest.mark.parametrize("case", [DRAINED, EXTENSION, UNDRAINED, CONSTANT_MEAN, OEDOMETRIC], ids=["drained", "extension", "undrained", "constant mean", "oedometric"])
+@pytest.mark.parametrize(
+    "case", [DRAINED, EXTENSION, UNDRAINED, CONSTANT_MEAN, OEDOMETRIC], ids=["drained", "extension", "undrained", "constant mean", "oedometric"]
+)
 def test_nothing_is_said_of_a_good_file(tmp_path, case):
     found = examine(write(tmp_path, case))
     assert found.is_clear and {note.code for note in found.notes} <= HARMLESS and found.calibration is not None
@@ -103,7 +105,12 @@ def test_a_fault_is_said(tmp_path, case, columns, replacements, code):
 
 
 def test_a_short_test_that_was_cut_on_purpose_is_no_fault(tmp_path):
-    file = write(tmp_path, DRAINED, {"axial_strain": lambda e: e / 5, "volumetric_strain": lambda v: v / 5, "void_ratio": lambda e: 0 * e + VOID_RATIO + STRAIN / 100}, ((', strain =', ', until = 0.0025, strain ='),))
+    file = write(
+        tmp_path,
+        DRAINED,
+        {"axial_strain": lambda e: e / 5, "volumetric_strain": lambda v: v / 5, "void_ratio": lambda e: 0 * e + VOID_RATIO + STRAIN / 100},
+        ((", strain =", ", until = 0.0025, strain ="),),
+    )
     assert examine(file).is_clear
 
 
@@ -116,7 +123,12 @@ def test_a_constant_lateral_stress_makes_no_stress_ratio_of_another_test(tmp_pat
 def test_dense_noisy_rows_tell_no_wrong_sign(tmp_path):
     rows = 3000
     strain, noise = np.linspace(0, 0.1, rows), 2e-4 * np.random.default_rng(1).standard_normal(rows)
-    columns = {"axial_strain": strain, "stress_ratio": 1 + 2.5 * strain / (0.005 + strain), "volumetric_strain": 0.1 * strain - strain**2 / 10 + noise, "void_ratio": 0 * strain + VOID_RATIO + strain / 100}
+    columns = {
+        "axial_strain": strain,
+        "stress_ratio": 1 + 2.5 * strain / (0.005 + strain),
+        "volumetric_strain": 0.1 * strain - strain**2 / 10 + noise,
+        "void_ratio": 0 * strain + VOID_RATIO + strain / 100,
+    }
     assert examine(write(tmp_path, (columns, DRAINED[1]))).is_clear
 
 
@@ -124,12 +136,16 @@ def test_how_a_reference_was_read_is_kept_for_programs(tmp_path):
     folder = tmp_path
     (folder / "q.csv").write_text("axial_strain,q [kPa],ev\n0,0,0\n0.01,100,-0.001\n0.02,200,-0.0005\n0.03,210,0.001\n")
     columns = {"deviator_stress": "q [kPa]", "volumetric_strain": "ev"}
-    read = Reference.read(folder / "q.csv", columns=columns, strain="logarithmic", confining_pressure=100e3, until=0.02, compression={"volumetric_strain": "negative"})
+    read = Reference.read(
+        folder / "q.csv", columns=columns, strain="logarithmic", confining_pressure=100e3, until=0.02, compression={"volumetric_strain": "negative"}
+    )
     assert (read.cut, read.at_pressure, read.turned, read.idle) == (True, ("stress_ratio",), ("volumetric_strain",), ())
     whole = Reference.read(folder / "q.csv", columns=columns, strain="logarithmic", confining_pressure=100e3, until=0.2)
     assert (whole.cut, whole.turned) == (False, ()) and len(whole.idle) == 1 and set(whole.idle) < set(whole.notes)
     # A stress that is made with the pressure is an effect of it.
-    mean = Reference.read(folder / "q.csv", "axial_strain", ["mean_stress"], columns={"deviator_stress": "q [kPa]"}, strain="logarithmic", confining_pressure=100e3)
+    mean = Reference.read(
+        folder / "q.csv", "axial_strain", ["mean_stress"], columns={"deviator_stress": "q [kPa]"}, strain="logarithmic", confining_pressure=100e3
+    )
     assert mean.at_pressure == ("mean_stress",)
     kept = _restore_reference(_describe_reference(read))
     assert (kept.cut, kept.at_pressure, kept.turned) == (read.cut, read.at_pressure, read.turned)

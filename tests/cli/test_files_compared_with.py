@@ -47,7 +47,9 @@ posterior_shift = 0
 workers = 1
 """
 BY_HEADER = """{ file = "lab.csv", columns = { axial_strain = "Ea", deviator_stress = "q", volumetric_strain = "Ev" },
-units = { axial_strain = "%", deviator_stress = "kPa", volumetric_strain = "%" }, strain = "engineering", compression = { volumetric_strain = "negative" }, until = 0.12 }""".replace("\n", " ")
+units = { axial_strain = "%", deviator_stress = "kPa", volumetric_strain = "%" }, strain = "engineering", compression = { volumetric_strain = "negative" }, until = 0.12 }""".replace(
+    "\n", " "
+)
 BY_NUMBER = BY_HEADER.replace('"Ea"', "1").replace('"q"', "2").replace('"Ev"', "3")
 
 
@@ -124,7 +126,11 @@ def test_what_is_read_is_what_was_measured(by_header, tmp_path):
     reference = read(by_header, tmp_path / "other.csv", confining_pressure=1e6)
     for name, values in measured(2).items():
         np.testing.assert_allclose(reference.observables[name], values, atol=1e-9)
-    assert set(reference.measurement_errors) == {"stress_ratio", "volumetric_strain"} and reference.read_as == ("axial_strain", "deviator_stress", "volumetric_strain")
+    assert set(reference.measurement_errors) == {"stress_ratio", "volumetric_strain"} and reference.read_as == (
+        "axial_strain",
+        "deviator_stress",
+        "volumetric_strain",
+    )
 
 
 def read(folder, path, kind=None, confining_pressure=None, **asked):
@@ -161,7 +167,11 @@ def test_columns_of_the_command_alone_are_read_by_the_conventions_of_the_campaig
     assert called.code == 0
     assert "read by --column: axial_strain in 'shortening', deviator_stress in 'deviator', volumetric_strain in 'swelling'." in said(called)
     assert 'of "drained" was taken strain = {' in said(called)
-    other = read(by_header, tmp_path / "other.csv", **said_of_file("--against", Path("other.csv"), columns[1::2], Strain.logarithmic, ["volumetric_strain=positive"], None, None, None))
+    other = read(
+        by_header,
+        tmp_path / "other.csv",
+        **said_of_file("--against", Path("other.csv"), columns[1::2], Strain.logarithmic, ["volumetric_strain=positive"], None, None, None),
+    )
     assert other.control[-1] == pytest.approx(-np.expm1(-STRAIN[-1])) and other.observables["volumetric_strain"][-1] > 0
     missing = call(*given)
     assert missing.code == 1 and missing.out == ""
@@ -183,7 +193,24 @@ def test_what_the_file_holds_is_compared(call, by_header, tmp_path):
 def test_a_simulation_is_compared_with_what_a_file_holds(call, tmp_path, monkeypatch):
     monkeypatch.setattr(StressPathTest, "tasks", as_tasks(counted))
     (tmp_path / "lab.csv").write_text(printed(1).replace("Ev", "sensor"))
-    given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", PRESSURE, "-p", "log_E=8", "-p", "nu=0.2", "-p", "phi=32", "-p", "beta_m=0.1", "-p", "eta_m=0.3"]
+    given = [
+        "simulate",
+        "triaxial",
+        "--packing",
+        PACKING,
+        "--confining-pressure",
+        PRESSURE,
+        "-p",
+        "log_E=8",
+        "-p",
+        "nu=0.2",
+        "-p",
+        "phi=32",
+        "-p",
+        "beta_m=0.1",
+        "-p",
+        "eta_m=0.3",
+    ]
     columns = ["--column", "axial_strain=Ea:%", "--column", "deviator_stress=q:kPa", "--strain", "engineering"]
     called = call(*given, "--at", tmp_path / "lab.csv", *columns, "-o", tmp_path / "curve.csv", "--plot", tmp_path / "curve.png")
     assert called.code == 0 and "Error against the reference: stress_ratio" in called.err and "volumetric_strain alone" not in called.err
@@ -209,7 +236,24 @@ def test_what_is_not_fitted_is_read_and_drawn_and_told_apart(call, tmp_path, mon
     (tmp_path / "stress.csv").write_text(write(("axial_strain", "stress_ratio"), (STRAIN, measured(2)["stress_ratio"])))
     assert "Not fitted" not in call("predict", folder, "--against", tmp_path / "stress.csv", "--samples", "20").out
     monkeypatch.setattr(StressPathTest, "tasks", as_tasks(counted))
-    given = ["simulate", "triaxial", "--packing", PACKING, "--confining-pressure", PRESSURE, "-p", "log_E=8", "-p", "nu=0.2", "-p", "phi=32", "-p", "beta_m=0.1", "-p", "eta_m=0.3"]
+    given = [
+        "simulate",
+        "triaxial",
+        "--packing",
+        PACKING,
+        "--confining-pressure",
+        PRESSURE,
+        "-p",
+        "log_E=8",
+        "-p",
+        "nu=0.2",
+        "-p",
+        "phi=32",
+        "-p",
+        "beta_m=0.1",
+        "-p",
+        "eta_m=0.3",
+    ]
     called = call(*given, "--at", folder.parent / "calibration.toml", "-o", tmp_path / "curve.csv", "--plot", tmp_path / "curve.png")
     assert called.code == 0 and "Error of what is not fitted: volumetric_strain" in called.err
 
@@ -279,7 +323,9 @@ def test_a_part_of_a_file_is_compared(call, by_header, tmp_path):
 def test_a_stage_of_the_campaigns_file_is_not_one_of_another(tmp_path):
     (tmp_path / "other.csv").write_text(printed(2))
     columns = {"axial_strain": "Ea", "deviator_stress": "q"}
-    before = Before('"drained"', {"columns": columns, "units": {"axial_strain": "%", "deviator_stress": "kPa"}, "stage": "shear", "zero": ["axial_strain"], "until": 0.01})
+    before = Before(
+        '"drained"', {"columns": columns, "units": {"axial_strain": "%", "deviator_stress": "kPa"}, "stage": "shear", "zero": ["axial_strain"], "until": 0.01}
+    )
     reference = read_comparison(tmp_path / "other.csv", Compared.drained(PRESSURE), before=before)
     assert reference.notes[0].endswith('; with zero = ["axial_strain"].') and len(reference.control) == len(STRAIN)
     assert 'all of it was read: stage = "shear" of "drained" is of another file.' in reference.notes

@@ -58,7 +58,9 @@ def test_an_empty_answer_leaves_the_question_in_the_file(tmp_path, written):
 
 def test_a_pressure_that_cannot_be_is_asked_again(tmp_path, written):
     shown, text = asked(tmp_path, FIELD / "tsf.csv", "--strain", "engineering", "--void-ratio", "0.68", answers=("-1", "much", "100e3"))
-    assert shown.count("Error: ") == 2 and text == written(FIELD / "tsf.csv", "--strain", "engineering", "--void-ratio", "0.68", "--confining-pressure", "100e3")
+    assert shown.count("Error: ") == 2 and text == written(
+        FIELD / "tsf.csv", "--strain", "engineering", "--void-ratio", "0.68", "--confining-pressure", "100e3"
+    )
 
 
 def test_a_refusal_is_answered_by_the_options_that_it_names(tmp_path, written):

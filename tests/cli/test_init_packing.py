@@ -82,7 +82,9 @@ def test_a_packing_of_ones_own_or_a_void_ratio_stands_alone(call, tmp_path):
     both = call("init", OEDOMETER, "--void-ratio", "0.7", "--relative-density", "0.7", "-o", tmp_path / "c.toml")
     assert both.code == 1 and both.err == "--relative-density gives the void ratio, so --void-ratio cannot stand beside it.\n"
     beyond = call("init", OEDOMETER, "--relative-density", "80", "-o", tmp_path / "c.toml")
-    assert beyond.code == 1 and beyond.err == "--relative-density must be from 0, the loosest packing, to 1, the densest, not 80; if 80 % is meant, write 0.8.\n"
+    assert (
+        beyond.code == 1 and beyond.err == "--relative-density must be from 0, the loosest packing, to 1, the densest, not 80; if 80 % is meant, write 0.8.\n"
+    )
 
 
 def test_a_grading_is_that_of_a_file_wherever_the_calibration_file_stands(call, tmp_path, monkeypatch):
@@ -106,7 +108,9 @@ def test_the_change_of_volume_follows_from_a_column_that_is_named_for_a_void_rat
     from graincal import Reference
 
     (tmp_path / "lab.csv").write_text("strain,n [%]\n0,42\n0.01,41.5\n0.02,42.5\n")
-    read = Reference.read(tmp_path / "lab.csv", "axial_strain", ("volumetric_strain",), columns={"axial_strain": "strain", "porosity": "n"}, strain="logarithmic")
+    read = Reference.read(
+        tmp_path / "lab.csv", "axial_strain", ("volumetric_strain",), columns={"axial_strain": "strain", "porosity": "n"}, strain="logarithmic"
+    )
     # Of a constant volume of solids, V = Vs / (1 - n).
     np.testing.assert_allclose(read.observables["volumetric_strain"], np.log((1 - np.array([0.42, 0.415, 0.425])) / (1 - 0.42)), atol=1e-12)
     assert read.observables["volumetric_strain"][1] > 0 > read.observables["volumetric_strain"][2]

@@ -41,7 +41,9 @@ def test_each_question_of_init_stands_above_its_own_key(call, tmp_path):
         ),
         **{f"reference.units.{key}": (f"{unit} Likely: kPa.", found[f"reference.units.{key}"].answers) for key in ("axial_stress", "lateral_stress")},
     }  # fmt: skip
-    assert all("kPa" in found[f"reference.units.{key}"].answers and "%" not in found[f"reference.units.{key}"].answers for key in ("axial_stress", "lateral_stress"))
+    assert all(
+        "kPa" in found[f"reference.units.{key}"].answers and "%" not in found[f"reference.units.{key}"].answers for key in ("axial_stress", "lateral_stress")
+    )
     for question in found.values():
         assert "CHECK" not in question.sentence and question.sentence.count("Likely") <= 1
 
@@ -51,8 +53,18 @@ def test_programs_read_the_plain_question_and_people_its_place(call, tmp_path):
     call("init", FIELD / "bare_stresses.csv", "-o", file)
     asked = json.loads(call("check", file, "--json").out)["questions"]
     (question,) = [each for each in asked if each["key"] == "model.void_ratio"]
-    assert question == {"experiment": "bare_stresses", "key": "model.void_ratio", "line": question["line"], "question": "The file does not say the void ratio before shearing: what is it?", "answers": [], "proposed": None}
-    assert f'experiment "bare_stresses": model.void_ratio is an open question (line {question["line"]}): The file does not say the void ratio' in call("check", file).out
+    assert question == {
+        "experiment": "bare_stresses",
+        "key": "model.void_ratio",
+        "line": question["line"],
+        "question": "The file does not say the void ratio before shearing: what is it?",
+        "answers": [],
+        "proposed": None,
+    }
+    assert (
+        f'experiment "bare_stresses": model.void_ratio is an open question (line {question["line"]}): The file does not say the void ratio'
+        in call("check", file).out
+    )
 
 
 @pytest.mark.parametrize(("name", "options"), [("digitised.csv", ()), ("headerless.txt", ()), ("undrained.txt", ()), ("portuguese.csv", ())])
@@ -76,5 +88,7 @@ def test_comments_of_a_line_with_several_keys_go_to_the_key_that_they_name(tmp_p
 
 
 def test_a_question_without_a_comment_is_asked_by_its_key(tmp_path):
-    (question,) = examine(write(tmp_path, DRAINED, {}, (("confining_pressure = 200e3", 'confining_pressure = "?"'),)), proposed=lambda entry, key: 2e5).questions
+    (question,) = examine(
+        write(tmp_path, DRAINED, {}, (("confining_pressure = 200e3", 'confining_pressure = "?"'),)), proposed=lambda entry, key: 2e5
+    ).questions
     assert question.asked == "What is model.confining_pressure? Likely: 200000.0."

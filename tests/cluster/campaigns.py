@@ -30,14 +30,27 @@ QUICKLY = "import sys; import graincal.execution.parsl as blocks; blocks.HEARTBE
 def write(folder: Path, run: str = "", seconds: float = 0.4, iterations: int = 2, *replacements: tuple[str, str]) -> Path:
     """A calibration file; run: further lines under [run]."""
     folder.mkdir(parents=True, exist_ok=True)
-    file = write_calibration(folder, ("workers = 1", f'workers = "all"\n{run}'), ('"soil:respond"', '"soil:slowly"'), ("max_iterations = 3", f"max_iterations = {iterations}"), *replacements)
+    file = write_calibration(
+        folder,
+        ("workers = 1", f'workers = "all"\n{run}'),
+        ('"soil:respond"', '"soil:slowly"'),
+        ("max_iterations = 3", f"max_iterations = {iterations}"),
+        *replacements,
+    )
     (folder / "soil.py").write_text((folder / "soil.py").read_text() + SLOW.format(seconds=seconds))
     return file
 
 
 def start(environment, *arguments, quickly: bool = True) -> subprocess.Popen:
     """graincal with some arguments. quickly: with signs of life and questions to Slurm every second, so that it notices a fault within seconds; otherwise as users have it."""
-    return subprocess.Popen([sys.executable, "-c", QUICKLY if quickly else GRAINCAL, *map(str, arguments)], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    return subprocess.Popen(
+        [sys.executable, "-c", QUICKLY if quickly else GRAINCAL, *map(str, arguments)],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def call(environment, *arguments, timeout: float = 180) -> str:

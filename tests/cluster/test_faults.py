@@ -128,7 +128,10 @@ def test_the_node_is_drained_and_comes_back(slurm, campaign, answer):
     done = evaluated(folder)
     assert slurm.jobs("pending") and process.poll() is None
     slurm.call("scontrol", "update", f"nodename={slurm.host}", "state=resume")
-    say("node drained, block cancelled", f"the block that takes its place waits, and {done} of 40 evaluations are done; when the node is back, the next outcome {goes_on(folder, 1):.0f} s later")
+    say(
+        "node drained, block cancelled",
+        f"the block that takes its place waits, and {done} of 40 evaluations are done; when the node is back, the next outcome {goes_on(folder, 1):.0f} s later",
+    )
     ends_well(process, folder, answer)
 
 
@@ -139,7 +142,9 @@ def test_a_job_comes_to_its_limit(slurm, tmp_path, answer):
     (block,) = slurm.jobs("running")
     slurm.call("scontrol", "update", f"jobid={block}", "timelimit=1")
     took = wait_until(lambda: block not in slurm.jobs("running"), 180, "the end of the job")
-    say("job ended at its limit, of which it was not told", f"{took:.0f} s after it was set to a minute; the next outcome {goes_on(folder, 1):.0f} s after that")
+    say(
+        "job ended at its limit, of which it was not told", f"{took:.0f} s after it was set to a minute; the next outcome {goes_on(folder, 1):.0f} s after that"
+    )
     ends_well(process, folder, answer)
 
 
@@ -149,7 +154,10 @@ def test_a_block_takes_no_tasks_at_the_end_of_its_time(slurm, tmp_path, answer):
     process = start(slurm.environment, "calibrate", file, "-o", folder, "--quiet", quickly=False)
     ends_well(process, folder, answer)
     attempts = [attempts for _, _, attempts, _ in Store.open(folder).runs()]
-    say("a calibration longer than a block's 2 minutes", f"{len(list((folder / 'parsl' / '000' / 'submit_scripts').glob('*.stdout')))} blocks one after the other, {sum(attempts) - len(attempts)} evaluations lost")
+    say(
+        "a calibration longer than a block's 2 minutes",
+        f"{len(list((folder / 'parsl' / '000' / 'submit_scripts').glob('*.stdout')))} blocks one after the other, {sum(attempts) - len(attempts)} evaluations lost",
+    )
     assert sum(attempts) == len(attempts)
 
 

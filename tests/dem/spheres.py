@@ -79,7 +79,9 @@ PLAIN = _native.Economy()
 """No option for fewer steps."""
 
 
-def two_spheres(radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), precision="float64", economy=PLAIN, **parameters):
+def two_spheres(
+    radii=(1.0, 0.7), overlap=0.01, normal=(1, 0, 0), density=IMMOVABLE, edges=np.diag([CELL] * 3), precision="float64", economy=PLAIN, **parameters
+):
     """Two spheres whose normal from the first to the second, and overlap (m), are given; far from the cell's faces."""
     centre = edges @ np.full(3, 0.5)
     branch = (sum(radii) - overlap) * unit(normal)

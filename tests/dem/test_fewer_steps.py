@@ -93,9 +93,7 @@ CORNERS = [(1e9, 0.2, 0.0), (1e9, 0.5, 1.0), (1e11, 0.2, 0.1), (1e11, 0.5, 1.0),
 @pytest.mark.parametrize("friction", [0.0, np.tan(np.radians(60))])
 def test_packings_move_without_gain_of_energy_at_a_step_below_their_limit(packing, corner, friction):
     modulus, ratio, beta = corner
-    simulation = _native.Simulation(
-        packing.positions, packing.radii, packing.edges, law(modulus, ratio, friction, beta, 1.0), 2.65e6, economy=CONTACT
-    )
+    simulation = _native.Simulation(packing.positions, packing.radii, packing.edges, law(modulus, ratio, friction, beta, 1.0), 2.65e6, economy=CONTACT)
     still = [_native.AxisGoal(False, 0.0, 1.0)] * 3
     simulation.set_goals(still)
     simulation.run(1, 0.0)
@@ -114,12 +112,9 @@ def test_packings_move_without_gain_of_energy_at_a_step_below_their_limit(packin
 # Masses
 
 
-
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
 def test_masses_go_with_a_power_of_the_radius_and_the_whole_weighs_the_same(packing, exponent):
-    simulation = _native.Simulation(
-        packing.positions, packing.radii, packing.edges, law(1e9), 2.65e6, economy=_native.Economy(mass_exponent=exponent)
-    )
+    simulation = _native.Simulation(packing.positions, packing.radii, packing.edges, law(1e9), 2.65e6, economy=_native.Economy(mass_exponent=exponent))
     expected = packing.radii**exponent * (masses(packing.radii, 2.65e6).sum() / np.sum(packing.radii**exponent))
     simulation.run(1, 0.0)
     pushes = np.linalg.norm(simulation.forces, axis=1) * simulation.time_step

@@ -134,7 +134,9 @@ def test_a_cell_that_is_more_than_three_lengths_is_refused(tmp_path, cell, name,
 def test_a_centre_too_far_away_to_be_wrapped_is_refused_by_its_number(tmp_path, far):
     # In a cell of centimetres 1e308 overflows as a share of the cell, 1e290 has no digits that say where in it.
     file = f"# cell lengths: 0.0369 0.0374 0.0723\nx,y,z,radius\n0.01,0.01,0.01,0.003\n0.01,{far},0.03,0.003\n0.02,0.02,0.05,0.003\n"
-    expected = f"the centre of particle 2 at 0.01, {far:.3g}, 0.03 m is more than a million cells away, and coordinates in metres in or near the cell were expected."
+    expected = (
+        f"the centre of particle 2 at 0.01, {far:.3g}, 0.03 m is more than a million cells away, and coordinates in metres in or near the cell were expected."
+    )
     assert refusal_of(tmp_path, file) == expected
 
 
@@ -209,7 +211,13 @@ def test_arrays_of_other_shapes_are_refused(positions, radii):
 
 @pytest.mark.parametrize(
     "edges",
-    [CUBE + 0.1 * np.eye(3, k=1), CUBE[[1, 2, 0]], CUBE @ np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]]), np.diag([-8.0, -8.0, 8.0]), np.diag([8.0, 8.0])],
+    [
+        CUBE + 0.1 * np.eye(3, k=1),
+        CUBE[[1, 2, 0]],
+        CUBE @ np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]]),
+        np.diag([-8.0, -8.0, 8.0]),
+        np.diag([8.0, 8.0]),
+    ],
     ids=["sheared", "axes exchanged", "turned", "negative", "flat"],
 )
 def test_a_cell_whose_edges_are_not_along_the_axes_is_refused(edges):

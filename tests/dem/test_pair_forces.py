@@ -95,7 +95,9 @@ def test_stick_stores_stiffness_times_slip(kind, expected, normal, precision):
     same_spin(simulation, spin)
     steps(simulation, count, time_step)
     slip = -count * time_step * sum(RADII) * np.cross(spin, n)
-    assert np.allclose(only_contact(simulation)["shear"], -expected.shear * slip, rtol=0, atol=exact(precision, count=count) * expected.shear * np.linalg.norm(slip))
+    assert np.allclose(
+        only_contact(simulation)["shear"], -expected.shear * slip, rtol=0, atol=exact(precision, count=count) * expected.shear * np.linalg.norm(slip)
+    )
 
 
 def test_a_new_contact_takes_its_first_slip(kind, expected, precision):
@@ -165,7 +167,9 @@ def test_the_slip_of_a_passing_sphere_is_its_angle_times_both_radii(precision):
     theta = np.arctan(side / distance)
     contact = moved_past(count, [[0, side, 0]], precision)
     slip = sum(RADII) * theta
-    assert contact["shear"] @ [-np.sin(theta), np.cos(theta), 0] == pytest.approx(-LINEAR.shear * slip, rel=1.5 * theta**2 / count + exact(precision, 0.05, count))
+    assert contact["shear"] @ [-np.sin(theta), np.cos(theta), 0] == pytest.approx(
+        -LINEAR.shear * slip, rel=1.5 * theta**2 / count + exact(precision, 0.05, count)
+    )
     # It lies across the present normal: each rotation leaves at most delta^3 / 2 of it along, and its roundings.
     assert abs(contact["shear"] @ contact["normal"]) <= LINEAR.shear * slip * (theta**3 / count**2 + exact(precision, 0.05, count))
 

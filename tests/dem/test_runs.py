@@ -224,7 +224,11 @@ def test_a_parameter_without_meaning_is_a_failure(packing, name, value, expected
 
 
 def test_poissons_ratio_is_below_a_half(packing):
-    assert_failed(outcome_of(packing, [9.0, 0.5, 30.0, 0.1, 0.5], law="hertz-mindlin"), "parameters", "nu = 0.5 has no meaning, it must be a number at least 0 and below 0.5")
+    assert_failed(
+        outcome_of(packing, [9.0, 0.5, 30.0, 0.1, 0.5], law="hertz-mindlin"),
+        "parameters",
+        "nu = 0.5 has no meaning, it must be a number at least 0 and below 0.5",
+    )
 
 
 @pytest.mark.parametrize("stiffness_ratio", [-1.0, np.nan])
@@ -249,7 +253,16 @@ def test_strains_that_are_no_row_of_fractions_are_refused(packing, at):
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"fixed": {"phi": "x"}}, {"fixed": {"phi": 120.0}}, {"step_limit": -1}, {"largest_flagged_share": np.nan}, {"density_scaling": 0.0}, {"law": "hertz"}, {"precision": "float16"}]
+    "wrong",
+    [
+        {"fixed": {"phi": "x"}},
+        {"fixed": {"phi": 120.0}},
+        {"step_limit": -1},
+        {"largest_flagged_share": np.nan},
+        {"density_scaling": 0.0},
+        {"law": "hertz"},
+        {"precision": "float16"},
+    ],
 )
 def test_a_test_that_cannot_be_run_is_refused(packing, wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
@@ -396,7 +409,9 @@ def test_what_is_no_answer_to_whether_a_run_stops_is_raised_by_the_batch(packing
 def test_a_batch_that_is_given_up_while_it_is_watched_ends(packing):
     # Its threads may be waiting for the interpreter, to show a state, while it waits for them.
     for _ in range(20):
-        runs = triaxial(packing).evaluate(Samples(np.arange(6), THETAS, LAWS["linear"].names), STRAINS, workers=4, watch=lambda id, response: len(response.control) == 1)
+        runs = triaxial(packing).evaluate(
+            Samples(np.arange(6), THETAS, LAWS["linear"].names), STRAINS, workers=4, watch=lambda id, response: len(response.control) == 1
+        )
         next(runs)
         runs.close()
 

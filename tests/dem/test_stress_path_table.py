@@ -88,7 +88,11 @@ def test_a_stage_that_is_not_recorded_cannot_be_asked_for(packing, tmp_path):
         (",,0.0005,yes,", ",,0.0005,true,", 'line 6 (stage 3), column record: yes or no was expected, not "true".'),
         (",,0.002,,no", ",,0.002,,never", 'line 9 (stage 5), column strain_origin: yes or no was expected, not "never".'),
         ("1e5,1e5,1e5", "-1e5,1e5,1e5", "line 4 (stage 1), column stress_x: a stress above 0 in Pa was expected, not -100000."),
-        ("1e5,1e5,,0,,\n1e5,1e5,,0.0005,yes,\n# where the triaxial test rests on its way\n1e5,1e5,,0.001,,no\n1e5,1e5,,0.002,,no\n", "", "no stage is recorded, and at least one row with record = yes was expected."),
+        (
+            "1e5,1e5,,0,,\n1e5,1e5,,0.0005,yes,\n# where the triaxial test rests on its way\n1e5,1e5,,0.001,,no\n1e5,1e5,,0.002,,no\n",
+            "",
+            "no stage is recorded, and at least one row with record = yes was expected.",
+        ),
         (DRAINED, "# nothing\n", "a header with some of the columns stress_x, "),
         (DRAINED, "stress_x,stress_y,stress_z,rate_y\n1,1,1,0\n", "line 2 (stage 1), column rate_y: a rate above 0 in 1/s was expected, not 0."),
         (DRAINED, "stress_x,stress_y\n1,1\n", "line 2 (stage 1), columns stress_z and strain_z: neither is given, and one of them was expected."),

@@ -154,7 +154,15 @@ def test_a_result_that_is_lost_without_a_word_is_asked_for_again(tmp_path, monke
     assert ended.attempts == 2 and isinstance(ended.outcome, Response)
 
 
-GIVEN = {"partition": "fast", "account": "soil", "walltime": "02:00:00", "cores_per_node": 16, "memory_per_node": 32, "max_blocks": 4, "worker_init": "module load yade"}
+GIVEN = {
+    "partition": "fast",
+    "account": "soil",
+    "walltime": "02:00:00",
+    "cores_per_node": 16,
+    "memory_per_node": 32,
+    "max_blocks": 4,
+    "worker_init": "module load yade",
+}
 REPLIES = {"slurm": "Submitted batch job 7", "pbs": "7.server", "lsf": "Job <7> is submitted to queue <fast>."}
 OPTIONS = {"slurm": "#SBATCH --constraint=avx512", "pbs": "#PBS -l place=excl", "lsf": "#BSUB -R 'select[avx512]'"}
 
@@ -184,7 +192,9 @@ def test_the_script_that_is_submitted_is_the_stored_one(tmp_path, monkeypatch, p
 
 
 def test_jobs_of_a_label_are_told_from_others(tmp_path, monkeypatch):
-    (tmp_path / "squeue").write_text("#!/bin/sh\nprintf '7 parsl.graincal-1.block-0.123\\n8 parsl.graincal-12.block-0.1\\n9 other\\n10 parsl.graincal-1.block-1.4\\n'\n")
+    (tmp_path / "squeue").write_text(
+        "#!/bin/sh\nprintf '7 parsl.graincal-1.block-0.123\\n8 parsl.graincal-12.block-0.1\\n9 other\\n10 parsl.graincal-1.block-1.4\\n'\n"
+    )
     (tmp_path / "squeue").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     assert jobs_of("slurm", "graincal-1") == ["7", "10"]
@@ -205,7 +215,11 @@ def test_a_process_that_is_tied_ends_with_its_owner(tmp_path):
     tied = int(owner.stdout.readline())
     deadline = time.monotonic() + 30
     # Not before it has said so to the system.
-    while b"timeit" not in Path(f"/proc/{tied}/cmdline").read_bytes() or "sleep" not in Path(f"/proc/{tied}/wchan").read_text() and time.monotonic() < deadline - 25:
+    while (
+        b"timeit" not in Path(f"/proc/{tied}/cmdline").read_bytes()
+        or "sleep" not in Path(f"/proc/{tied}/wchan").read_text()
+        and time.monotonic() < deadline - 25
+    ):
         time.sleep(0.1)
     owner.kill()
     owner.wait()

@@ -88,7 +88,9 @@ def test_a_worker_that_does_not_see_the_folder_evaluates_nothing(tmp_path):
 
 def test_another_graincal_there_is_said(tmp_path, monkeypatch):
     said = []
-    monkeypatch.setattr("graincal.execution.elsewhere.build.describe", lambda calls=iter([{"instruction set": "x86-64-v4"}, {"instruction set": "x86-64-v3"}]): next(calls))
+    monkeypatch.setattr(
+        "graincal.execution.elsewhere.build.describe", lambda calls=iter([{"instruction set": "x86-64-v4"}, {"instruction set": "x86-64-v3"}]): next(calls)
+    )
     outcomes(Scheduler(1, by(ThreadPoolExecutor(1), tmp_path, said)), [Task(FunctionWork(answers, None, AT), np.zeros(1))])
     assert len(said) == 1 and "has instruction set x86-64-v4 instead of x86-64-v3: figures may differ in the last digits" in said[0]
 

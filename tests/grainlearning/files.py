@@ -6,7 +6,10 @@ import numpy as np
 def write_table(path, names, theta, name="soil", iteration=0):
     """A table of samples, for yade-batch: `smcTable0.txt` of older versions, `soil_Iter0_Samples.txt` of newer ones."""
     lines = [" ".join(["!OMP_NUM_THREADS", "description", "key", *names, ""])]
-    lines += [" ".join([f"{8:2d}", f"{name}_Iter{iteration}_Sample{row:02d}", f"{row:9d}", *(f"{value:20.10e}" for value in values)]) for row, values in enumerate(theta)]
+    lines += [
+        " ".join([f"{8:2d}", f"{name}_Iter{iteration}_Sample{row:02d}", f"{row:9d}", *(f"{value:20.10e}" for value in values)])
+        for row, values in enumerate(theta)
+    ]
     path.write_text("\n".join(lines) + "\n")
 
 

@@ -36,7 +36,18 @@ def folder_of(tmp_path, kind, table="smcTable0.txt"):
     return tmp_path / "sim_data"
 
 
-@pytest.mark.parametrize("kind, table", [("npy", "smcTable0.txt"), ("npy", "soil_Iter0_Samples.txt"), ("npy", ""), ("txt", "smcTable0.txt"), ("txt", "soil_Iter0_Samples.txt"), ("txt with parameters", "smcTable0.txt"), ("txt with parameters", "")])
+@pytest.mark.parametrize(
+    "kind, table",
+    [
+        ("npy", "smcTable0.txt"),
+        ("npy", "soil_Iter0_Samples.txt"),
+        ("npy", ""),
+        ("txt", "smcTable0.txt"),
+        ("txt", "soil_Iter0_Samples.txt"),
+        ("txt with parameters", "smcTable0.txt"),
+        ("txt with parameters", ""),
+    ],
+)
 def test_runs_are_read_with_their_parameters(tmp_path, kind, table):
     found = read_folder(folder_of(tmp_path, kind, table))
     assert len(found.runs) == 3 and not found.left_out
@@ -65,7 +76,16 @@ def test_iterations_are_told_apart(tmp_path):
 
 
 def test_pickles_of_every_numpy_and_protocol_are_read(tmp_path):
-    content = {"mu": np.float64(0.1), "key": 3, "on": True, "q": np.arange(3.0), "grid": np.arange(6).reshape(2, 3), "list": [1, 2.5], "text": "left out", "big": np.arange(2, dtype=">i4")}
+    content = {
+        "mu": np.float64(0.1),
+        "key": 3,
+        "on": True,
+        "q": np.arange(3.0),
+        "grid": np.arange(6).reshape(2, 3),
+        "list": [1, 2.5],
+        "text": "left out",
+        "big": np.arange(2, dtype=">i4"),
+    }
     write_npy(tmp_path / "a.npy", content)
     raw = (tmp_path / "a.npy").read_bytes()
     found = [read_dictionary(tmp_path / "a.npy")]
@@ -75,7 +95,9 @@ def test_pickles_of_every_numpy_and_protocol_are_read(tmp_path):
         for package in ("numpy._core", "numpy.core"):
             dumped = pickle.dumps(np.array(content, dtype=object), protocol=min(protocol, 4))
             if package == "numpy.core":
-                dumped = dumped.replace(b"\x8c\x16numpy._core.multiarray", b"\x8c\x15numpy.core.multiarray").replace(b"cnumpy._core.multiarray", b"cnumpy.core.multiarray")
+                dumped = dumped.replace(b"\x8c\x16numpy._core.multiarray", b"\x8c\x15numpy.core.multiarray").replace(
+                    b"cnumpy._core.multiarray", b"cnumpy.core.multiarray"
+                )
                 dumped = dumped if protocol < 4 else pickletools.optimize(_unframed(dumped))
             (tmp_path / "b.npy").write_bytes(header + dumped)
             found.append(read_dictionary(tmp_path / "b.npy"))
@@ -96,15 +118,34 @@ class Runs:
         return print, ("this ran",)
 
 
-@pytest.mark.parametrize("held", [Runs(), {"a": Runs()}, {1.0: {Runs(): 1}}, object, {"a": np.array([1 + 2j])}, {"a": np.array(["text"])}, np.arange(3.0), {"a": np.datetime64("2020")}, range(3)])
+@pytest.mark.parametrize(
+    "held",
+    [
+        Runs(),
+        {"a": Runs()},
+        {1.0: {Runs(): 1}},
+        object,
+        {"a": np.array([1 + 2j])},
+        {"a": np.array(["text"])},
+        np.arange(3.0),
+        {"a": np.datetime64("2020")},
+        range(3),
+    ],
+)
 def test_nothing_else_is_read_or_run(tmp_path, capsys, held):
-    np.save(tmp_path / "a.npy", held if isinstance(held, np.ndarray) else np.array(held, dtype=object) if not isinstance(held, range) else np.array([{}, {}]), allow_pickle=True)
+    np.save(
+        tmp_path / "a.npy",
+        held if isinstance(held, np.ndarray) else np.array(held, dtype=object) if not isinstance(held, range) else np.array([{}, {}]),
+        allow_pickle=True,
+    )
     with pytest.raises(NotPlain):
         read_dictionary(tmp_path / "a.npy")
     assert "this ran" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", ["os\nsystem", "builtins\neval", "numpy\nload", "graincal.grainlearning.pickled\n_Array", "numpy.core.multiarray\nfromfile", "functools\npartial"])
+@pytest.mark.parametrize(
+    "name", ["os\nsystem", "builtins\neval", "numpy\nload", "graincal.grainlearning.pickled\n_Array", "numpy.core.multiarray\nfromfile", "functools\npartial"]
+)
 def test_no_function_can_be_asked_for(tmp_path, name):
     write_npy(tmp_path / "a.npy", {})
     header = (tmp_path / "a.npy").read_bytes()[:128]
@@ -113,7 +154,16 @@ def test_no_function_can_be_asked_for(tmp_path, name):
         read_dictionary(tmp_path / "a.npy")
 
 
-@pytest.mark.parametrize("program", [b"cnumpy\ndtype\n}Vcode\nVO\nsb.", b"cnumpy\nndarray\n(I1000000000000\ntR.", b"cnumpy.core.multiarray\n_reconstruct\n(cnumpy\ndtype\n(I0\ntVb\ntR.", b"garbage", b""])
+@pytest.mark.parametrize(
+    "program",
+    [
+        b"cnumpy\ndtype\n}Vcode\nVO\nsb.",
+        b"cnumpy\nndarray\n(I1000000000000\ntR.",
+        b"cnumpy.core.multiarray\n_reconstruct\n(cnumpy\ndtype\n(I0\ntVb\ntR.",
+        b"garbage",
+        b"",
+    ],
+)
 def test_known_functions_are_not_changed_and_make_nothing_else(tmp_path, program):
     write_npy(tmp_path / "a.npy", {})
     (tmp_path / "a.npy").write_bytes((tmp_path / "a.npy").read_bytes()[:128] + program)
@@ -130,7 +180,12 @@ def test_what_is_no_such_data_is_said(tmp_path):
         read_folder(tmp_path)
     folder = folder_of(tmp_path, "txt")
     path = folder / "iter0" / "soil_Iter0_Sample01_sim.txt"
-    for text, said in {"": "it is empty", "# a b\n1 2\n3\n": "row 2 has 1 cells", "# a b\n1 x\n": "something else than numbers", "# a a\n1 2\n": "a name stands twice"}.items():
+    for text, said in {
+        "": "it is empty",
+        "# a b\n1 2\n3\n": "row 2 has 1 cells",
+        "# a b\n1 x\n": "something else than numbers",
+        "# a a\n1 2\n": "a name stands twice",
+    }.items():
         path.write_text(text)
         with pytest.raises(InputError, match=said) as raised:
             read_folder(folder)

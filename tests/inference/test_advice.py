@@ -14,7 +14,8 @@ def iteration(error, s, states=50):
 
 
 @pytest.mark.parametrize(
-    ("error", "word", "why"), [(1.65, "optimal", "below 2 %"), (4.23, "sub-optimal", "between 2 and 5 %"), (5.22, "sub-optimal", "above 5 %"), (29.97, "no fit", "above 20 %")]
+    ("error", "word", "why"),
+    [(1.65, "optimal", "below 2 %"), (4.23, "sub-optimal", "between 2 and 5 %"), (5.22, "sub-optimal", "above 5 %"), (29.97, "no fit", "above 20 %")],
 )
 def test_the_grade_is_that_of_fig_17(error, word, why):
     result = grade(iteration(error, s=0.01))

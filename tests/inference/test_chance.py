@@ -83,7 +83,9 @@ def test_an_infeasible_optimum_is_left_and_never_the_answer():
     # All that fits by six standard deviations better is infeasible.
     case = linear_case(0.05)
     edge = case.mean[0] - 6 * case.deviation[0]
-    filter = PosteriorFilter(case.space, case.reference, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=Stop(posterior_shift=False, max_evaluations=112), batch=20)
+    filter = PosteriorFilter(
+        case.space, case.reference, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=Stop(posterior_shift=False, max_evaluations=112), batch=20
+    )
     while not filter.finished:
         samples = filter.ask()
         filter.tell(samples, curves(samples.theta), infeasible=samples.theta[:, 0] > edge)

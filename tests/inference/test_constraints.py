@@ -113,7 +113,10 @@ def test_the_posterior_by_the_runs_themselves_is_that_of_the_quadrature(name):
 def test_the_emulated_posterior_is_that_of_the_quadrature(name):
     known = CASES[name]()
     stop = Stop(posterior_shift=False, max_iterations=False, max_evaluations=40)
-    filter = finish(PosteriorFilter(known.space, known.reference, first_batch=25, batch=12, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=stop), known.model)
+    filter = finish(
+        PosteriorFilter(known.space, known.reference, first_batch=25, batch=12, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=stop),
+        known.model,
+    )
     close_to(known, filter)
     # The answer and the runs there are possible too, although the likelihood rises beyond the diagonal.
     assert known.space.contains(filter.emulation.answer[None])
@@ -141,7 +144,12 @@ def test_the_first_iteration_of_the_paper_s_method_has_the_posterior_of_its_own_
 @pytest.mark.parametrize("name", ["triangle", "two modes"])
 def test_the_paper_s_method_stays_where_constraints_hold(name):
     known = CASES[name]()
-    filter = finish(IterativeBayesianFilter(known.space, known.reference, alpha=30, stop=Stop(max_iterations=5, s=False, gl_error_increment=False, error=False, error_increment=False)), known.model)
+    filter = finish(
+        IterativeBayesianFilter(
+            known.space, known.reference, alpha=30, stop=Stop(max_iterations=5, s=False, gl_error_increment=False, error=False, error_increment=False)
+        ),
+        known.model,
+    )
     assert len(filter.iterations) == 5 and filter.iterations[-1].error < filter.iterations[0].gl_error
 
 

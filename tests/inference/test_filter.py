@@ -262,9 +262,7 @@ def test_too_many_failures_for_the_effective_sample_size_finish_with_the_last_we
     samples = filter.ask()
     filter.tell(samples, responses_of(shear, samples), np.arange(55) >= 16)
     assert filter.stopped_by == "effective_sample_size"
-    assert filter.stopped_because == (
-        "Only 16 of 55 samples have a usable response, and an effective sample size of 0.3 needs more than 16.5 (iteration 1)."
-    )
+    assert filter.stopped_because == ("Only 16 of 55 samples have a usable response, and an effective sample size of 0.3 needs more than 16.5 (iteration 1).")
     assert len(filter.iterations) == 2 and np.isnan(filter.iterations[1].s)
     assert np.isfinite(filter.iterations[1].errors[:16]).all()
     assert np.array_equal(filter.posterior.samples, known.samples)

@@ -35,7 +35,9 @@ def test_a_linear_model_has_its_gaussian_posterior_by_the_emulator():
 def test_a_linear_model_has_its_gaussian_posterior_by_its_own_responses(noise):
     case, batch = linear_case(noise), 2000
     stop = Stop(max_iterations=False, max_evaluations=EVALUATIONS)
-    filter = PosteriorFilter(case.space, case.reference, emulator=False, ahead=1, first_batch=batch, batch=batch, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=stop)
+    filter = PosteriorFilter(
+        case.space, case.reference, emulator=False, ahead=1, first_batch=batch, batch=batch, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=stop
+    )
     # Long where the first parameter is large, so that what is told first is not like the rest.
     while not filter.finished:
         asked = filter.ask()
@@ -69,7 +71,9 @@ def expected(fewer_draws):
 
 
 def new_filter(**options):
-    return PosteriorFilter(BOX, measured(TRUTH), **{"ahead": 1, "seed": 5, "stop": Stop(max_iterations=4, posterior_shift=False), "correlation_length": 0.05} | options)
+    return PosteriorFilter(
+        BOX, measured(TRUTH), **{"ahead": 1, "seed": 5, "stop": Stop(max_iterations=4, posterior_shift=False), "correlation_length": 0.05} | options
+    )
 
 
 def assert_same_bits(one, other):

@@ -17,7 +17,18 @@ EVALUATIONS = 20_000
 def run(space, reference, model, *, seed=1, batch=4000, **options):
     """A filter of a deterministic model (N, n) -> (N, T, J), without an emulator."""
     stop = Stop(max_iterations=False, max_evaluations=EVALUATIONS)
-    filter = PosteriorFilter(space, reference, emulator=False, first_batch=batch, batch=batch, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=stop, seed=seed, **options)
+    filter = PosteriorFilter(
+        space,
+        reference,
+        emulator=False,
+        first_batch=batch,
+        batch=batch,
+        correlation_length=CORRELATION_LENGTH,
+        discrepancy=False,
+        stop=stop,
+        seed=seed,
+        **options,
+    )
     while not filter.finished:
         samples = filter.ask()
         filter.tell(samples, model(samples.theta))
@@ -107,11 +118,15 @@ def test_failures_of_the_machine_are_as_if_they_had_never_been_asked():
 def test_infeasible_parameters_have_the_likelihood_zero():
     space = ParameterSpace({"a": (0, 2), "b": (-1, 1)})
     reference = Reference(CONTROL, {"y": 1 + 0.2 * CONTROL}, measurement_errors={"y": 0.3})
-    filter = PosteriorFilter(space, reference, first_batch=1000, emulator=False, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=Stop(max_iterations=1))
+    filter = PosteriorFilter(
+        space, reference, first_batch=1000, emulator=False, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=Stop(max_iterations=1)
+    )
     samples = filter.ask()
     impossible = samples.theta[:, 0] > 1
     filter.tell(samples, linear(samples.theta), infeasible=impossible)
-    other = PosteriorFilter(space, reference, first_batch=1000, emulator=False, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=Stop(max_iterations=1))
+    other = PosteriorFilter(
+        space, reference, first_batch=1000, emulator=False, correlation_length=CORRELATION_LENGTH, discrepancy=False, stop=Stop(max_iterations=1)
+    )
     other.tell(samples, linear(samples.theta))
     # They were asked, so that the evidence counts them.
     zeroed = np.where(impossible, 0, np.exp(other.weighed.log_weights))

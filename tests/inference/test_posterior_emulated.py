@@ -64,9 +64,7 @@ def test_a_nonlinear_test_has_the_posterior_of_the_model_itself():
     truth = np.array([0.6, 0.4, 0.7, 0.3])
     reference = measured(truth)
     errors = error_model(reference, correlation_length=0.001, discrepancy=False)
-    exact = explore(
-        BOX, lambda unit: marginal(log_likelihood(test_curves(BOX.from_unit(unit)), reference, errors), errors.log_prior), np.random.default_rng(1)
-    )
+    exact = explore(BOX, lambda unit: marginal(log_likelihood(test_curves(BOX.from_unit(unit)), reference, errors), errors.log_prior), np.random.default_rng(1))
     mean = exact.weights @ exact.theta
     deviation = np.sqrt(exact.weights @ (exact.theta - mean) ** 2)
     filter = finish(PosteriorFilter(BOX, reference, correlation_length=0.001, discrepancy=False, stop=A_HUNDRED), test_curves)

@@ -23,9 +23,7 @@ def test_systematic_resampling_keeps_the_expectation():
     weights = np.random.default_rng(1).dirichlet(np.full(12, 0.5))
     weights[[0, 5, 11]] = 0
     weights /= weights.sum()
-    counts = np.array(
-        [np.bincount(systematic_resampling(weights, 50, np.random.default_rng(seed)), minlength=12) for seed in range(4000)]
-    )
+    counts = np.array([np.bincount(systematic_resampling(weights, 50, np.random.default_rng(seed)), minlength=12) for seed in range(4000)])
     assert np.all(counts.sum(axis=1) == 50)
     assert np.all(np.abs(counts - 50 * weights) < 1)
     assert np.abs(counts.mean(axis=0) - 50 * weights).max() < 0.04

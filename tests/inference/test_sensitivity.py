@@ -48,7 +48,9 @@ def test_without_a_discrepancy_the_posterior_is_that_of_the_errors_alone():
     case = linear_case(0.05)
     options = {"correlation_length": CORRELATION_LENGTH}
     allowed = calibrated(case.reference, case.space, 100, discrepancy=True, batch=20, **options)
-    exact = under_other_errors(allowed.emulation, case.space, allowed.kept, allowed.knowledge.scatters, allowed.knowledge.errors_if(discrepancy=False), np.random.default_rng(0))
+    exact = under_other_errors(
+        allowed.emulation, case.space, allowed.kept, allowed.knowledge.scatters, allowed.knowledge.errors_if(discrepancy=False), np.random.default_rng(0)
+    )
     assert np.all(np.abs(exact.mean() - case.mean) <= 0.25 * case.deviation)
     ratio = exact.std() / case.deviation
     assert 0.8 <= ratio.min() and ratio.max() <= 1.25

@@ -51,7 +51,11 @@ def stepped() -> str:
     """An oedometer read five times under each load."""
     before = np.concatenate([[0.72], VOID_RATIO[:-1]])
     ways = np.arange(1, 6) / 5
-    return table(("Vertical stress (kPa)", np.repeat(STRESS, 5)), ("Time (min)", np.tile(ways, 8)), ("Void ratio", (before[:, None] + (VOID_RATIO - before)[:, None] * ways).ravel()))
+    return table(
+        ("Vertical stress (kPa)", np.repeat(STRESS, 5)),
+        ("Time (min)", np.tile(ways, 8)),
+        ("Void ratio", (before[:, None] + (VOID_RATIO - before)[:, None] * ways).ravel()),
+    )
 
 
 TWICE = tuple((name, np.concatenate([values[:9], values[:12]])) for name, values in (A, D, V))

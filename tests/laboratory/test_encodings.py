@@ -27,7 +27,13 @@ WORDS = {
     "utf-16-le": "axial strain;q",
     "utf-16-be": "axial strain;q",
 }
-UNKNOWN = {"cp1251": "Ящик яблок;Ёжик", "gb18030": "苹果箱子;刺猬", "shift_jis": "りんごばこ;はりねずみ", "euc_kr": "사과상자;고슴도치", "cp1250": "Źdźbło trawy;Jeż"}
+UNKNOWN = {
+    "cp1251": "Ящик яблок;Ёжик",
+    "gb18030": "苹果箱子;刺猬",
+    "shift_jis": "りんごばこ;はりねずみ",
+    "euc_kr": "사과상자;고슴도치",
+    "cp1250": "Źdźbło trawy;Jeż",
+}
 ROWS = "\n0,5;1,5\n1,5;2,5\n"
 
 

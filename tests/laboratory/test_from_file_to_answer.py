@@ -66,7 +66,9 @@ def rows(*columns: NDArray[np.float64], decimals: tuple[int, ...], between: str 
 def drained(sand: gc.Packing) -> str:
     seen = response(gc.TriaxialTest(sand, PRESSURE, fixed=FIXED), STRAINS)
     head = "Triaxialversuch CD;;\nZelldruck [kPa];100;\nAxialdehnung;Deviatorspannung;Volumendehnung\n%;kPa;%\n"
-    return head + rows(engineering(STRAINS), (seen["stress_ratio"] - 1) * PRESSURE / 1e3, engineering(seen["volumetric_strain"]), decimals=(4, 2, 5), between=";", comma=True)
+    return head + rows(
+        engineering(STRAINS), (seen["stress_ratio"] - 1) * PRESSURE / 1e3, engineering(seen["volumetric_strain"]), decimals=(4, 2, 5), between=";", comma=True
+    )
 
 
 def undrained(sand: gc.Packing) -> str:
@@ -79,7 +81,9 @@ def extension(sand: gc.Packing) -> str:
     seen = response(gc.TriaxialTest(sand, PRESSURE, control="axial_extension", fixed=FIXED), STRAINS)
     lateral = np.full(len(STRAINS), PRESSURE / 1e3)
     head = "ea (%),ev (%),s1' (kPa),s3' (kPa)\n"
-    return head + rows(engineering(-STRAINS), engineering(seen["volumetric_strain"]), seen["stress_ratio"] * lateral, lateral, decimals=(4, 5, 2, 2), between=",")
+    return head + rows(
+        engineering(-STRAINS), engineering(seen["volumetric_strain"]), seen["stress_ratio"] * lateral, lateral, decimals=(4, 5, 2, 2), between=","
+    )
 
 
 def undrained_extension(sand: gc.Packing) -> str:
@@ -177,7 +181,11 @@ def test_a_file_becomes_an_answer(write, grains: tuple[gc.Packing, gc.Packing], 
         assert re.search(rf"\b{name} = {{ {error} }}", proposed), proposed
     file.write_text(shortened(proposed, told.method))
     (experiment,) = json.loads(run("check", file, "--json"))["experiments"]
-    assert (experiment["kind"], experiment["control"], set(experiment["observables"]) - {"stress_ratio"}) == (told.kind, told.control, set(told.observables) - {"stress_ratio"})
+    assert (experiment["kind"], experiment["control"], set(experiment["observables"]) - {"stress_ratio"}) == (
+        told.kind,
+        told.control,
+        set(told.observables) - {"stress_ratio"},
+    )
     assert experiment["confining_pressure"] == pytest.approx(1e3 * LOADED[0] if told.turns else PRESSURE, rel=1e-4)
     run("calibrate", file, "-o", folder, "--quiet")
     found = json.loads(run("status", folder, "--json"))

@@ -37,7 +37,14 @@ FILES = [
 ]
 GRID = 2e-3 * np.stack(np.meshgrid(*[np.arange(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
 PACKING = "\n".join(["# simple cubic; cell lengths: 6e-3 6e-3 6e-3", "x,y,z,radius", *(f"{x},{y},{z},1.0001e-3" for x, y, z in GRID[:12])]) + "\n"
-OPTIONS = [{}, {"strain": "engineering", "confining_pressure": 1e5}, {"columns": {"axial_strain": 1, "stress_ratio": 2}, "observables": ("stress_ratio",)}, {"until": 0.1}, {"rows": (2, 8)}, {"unloading": "drop", "compression": "negative"}]
+OPTIONS = [
+    {},
+    {"strain": "engineering", "confining_pressure": 1e5},
+    {"columns": {"axial_strain": 1, "stress_ratio": 2}, "observables": ("stress_ratio",)},
+    {"until": 0.1},
+    {"rows": (2, 8)},
+    {"unloading": "drop", "compression": "negative"},
+]
 
 
 @pytest.fixture(scope="module")

@@ -129,7 +129,9 @@ def _columns(case: Case) -> dict[str, Array]:
         quantity = next((quantity for words in (CANONICAL, ENGLISH) for quantity, known in words.items() if name in known), None)
         quantity = quantity or {"Vertical strain": "axial_strain"}.get(name) or ("axial_stress" if "ertical" in name else "time" if name == "Time" else None)
         if quantity:
-            columns[quantity] = np.array([_number(cells[place], case.choice["decimal"]) for _, cells in rows]) * _factor(unit, [cells[place] for _, cells in rows])
+            columns[quantity] = np.array([_number(cells[place], case.choice["decimal"]) for _, cells in rows]) * _factor(
+                unit, [cells[place] for _, cells in rows]
+            )
     return columns
 
 

@@ -24,7 +24,10 @@ EXAMPLES = [
     ("An oedometer with a cycle", "oedometer.dat"),
     ("Two curves of a plot digitiser", "digitised.csv"),
     ("One of them", "digitised.csv --column axial_strain=3:% --column deviator_stress=4:kPa --confining-pressure 400e3 --kind triaxial --strain engineering"),
-    ("No header", "headerless.txt --column deviator_stress=1:kPa --column axial_strain=2:- --column mean_stress=3:kPa --column volumetric_strain=4:- --column void_ratio=5"),
+    (
+        "No header",
+        "headerless.txt --column deviator_stress=1:kPa --column axial_strain=2:- --column mean_stress=3:kPa --column volumetric_strain=4:- --column void_ratio=5",
+    ),
     ("Portuguese", "portuguese.csv --strain engineering"),
     ("Russian, in Windows-1251", "russian_cp1251.csv --strain engineering --confining-pressure 100e3"),
     ("Chinese, in GBK", "chinese_gbk.csv --strain engineering --confining-pressure 100e3"),

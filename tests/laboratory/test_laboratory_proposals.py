@@ -57,7 +57,9 @@ def test_a_proposal_read_back_gives_the_reference(shape: Shape, tmp_path: Path) 
     assert_is_the_invented_test(read_back(propose(found), tmp_path), shape.lost)
 
 
-def proposal_of(content: str, written_in: Path, name: str = "lab.csv", folder: Path | None = None, packing: str | None = None, **known: Any) -> tuple[dict[str, Any], str, str]:
+def proposal_of(
+    content: str, written_in: Path, name: str = "lab.csv", folder: Path | None = None, packing: str | None = None, **known: Any
+) -> tuple[dict[str, Any], str, str]:
     path = written_in / name
     path.write_text(content, encoding="utf-8")
     found = understand(path, Known(**known))
@@ -101,7 +103,9 @@ def test_what_the_user_knows_is_written(tmp_path: Path, monkeypatch: pytest.Monk
     assert experiment["reference"]["file"] == f'{tmp_path}/tests/a "good" test.csv'
     monkeypatch.chdir(tmp_path)
     relative = propose(understand('tests/a "good" test.csv'), packing="tests/packing.csv", folder="calibrations")
-    assert 'file        = "../tests/a \\"good\\" test.csv"' in relative and tomllib.loads(relative)["experiment"][0]["model"]["packing"] == "../tests/packing.csv"
+    assert (
+        'file        = "../tests/a \\"good\\" test.csv"' in relative and tomllib.loads(relative)["experiment"][0]["model"]["packing"] == "../tests/packing.csv"
+    )
     assert experiment["reference"]["strain"] == "logarithmic"
     assert experiment["model"]["confining_pressure"] == 3e5
     assert '"?"' not in proposal.split("[[experiment]]")[1]

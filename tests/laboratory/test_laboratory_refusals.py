@@ -61,7 +61,8 @@ REFUSALS = {
         ["2 columns", "volumetric_strain [-]"],
     ),
     "two stresses": (
-        text("axial_strain [%],deviator_stress [kPa],axial_stress [kPa]", *LINES), {"observables": ["stress_ratio"]},
+        text("axial_strain [%],deviator_stress [kPa],axial_stress [kPa]", *LINES),
+        {"observables": ["stress_ratio"]},
         ["'deviator_stress [kPa]', 'axial_stress [kPa]'", "columns"],
     ),
     "nan": (changed(7, 1, "NaN"), {}, ["'volumetric_strain [%]'", "line 7", "'NaN'", "finite"]),
@@ -76,7 +77,12 @@ REFUSALS = {
     "words in a cell": (changed(7, 1, "n/a"), {}, ["'volumetric_strain [%]'", "line 7", "'n/a'", "a number was expected", "an empty cell is a gap"]),
     "a dash in a cell": (changed(7, 2, "-"), {}, ["'stress_ratio [-]'", "line 7", "'-'"]),
     "words between white space": (
-        text("axial_strain[%] volumetric_strain[%] stress_ratio", *(line.replace(",", " ") for line in LINES[:9]), "8 failed", *(line.replace(",", " ") for line in LINES[9:])),
+        text(
+            "axial_strain[%] volumetric_strain[%] stress_ratio",
+            *(line.replace(",", " ") for line in LINES[:9]),
+            "8 failed",
+            *(line.replace(",", " ") for line in LINES[9:]),
+        ),
         {},
         ["line 11", "'failed'", "each of the 3 columns"],
     ),
@@ -132,23 +138,36 @@ REFUSALS = {
     ),
     "negative deviator stress": (
         NEGATIVE_Q,
-        {"confining_pressure": 2e5}, ["'deviator_stress [kPa]'", "mostly negative", "compression"],
+        {"confining_pressure": 2e5},
+        ["'deviator_stress [kPa]'", "mostly negative", "compression"],
     ),
     "q/p beyond its limit": (
-        text("axial_strain [%],volumetric_strain [%],deviator_to_mean_stress", *LINES), {}, ["'deviator_to_mean_stress'", "4.", "less than 3"],
+        text("axial_strain [%],volumetric_strain [%],deviator_to_mean_stress", *LINES),
+        {},
+        ["'deviator_to_mean_stress'", "4.", "less than 3"],
     ),
     "tension positive, not said": (NEGATIVE_STRAIN, {}, ["axial_strain goes down to -0.2", 'write compression = "negative"']),
     "tension positive, loops dropped": (
-        NEGATIVE_STRAIN, {"unloading": "drop"}, ["axial_strain goes down to -0.2", 'write compression = "negative"'],
+        NEGATIVE_STRAIN,
+        {"unloading": "drop"},
+        ["axial_strain goes down to -0.2", 'write compression = "negative"'],
     ),
-    "tension positive, said although it is not": (GOOD, {"compression": "negative"}, ["axial_strain goes down to -0.2", 'leave axial_strain out of compression = "negative"']),
+    "tension positive, said although it is not": (
+        GOOD,
+        {"compression": "negative"},
+        ["axial_strain goes down to -0.2", 'leave axial_strain out of compression = "negative"'],
+    ),
     "rows in reverse": (text(CANONICAL, *reversed(LINES)), {}, ["axial_strain falls throughout, from 0.2 to 0", "reverse", "order of the test"]),
     "rows in reverse, loops dropped": (text(CANONICAL, *reversed(LINES)), {"unloading": "drop"}, ["axial_strain falls throughout", "reverse"]),
     "tension positive and rows in reverse": (
-        text(CANONICAL, *reversed(NEGATIVE_STRAIN.splitlines()[1:])), {}, ["comes back from -0.2 to", 'write compression = "negative" and reverse the rows'],
+        text(CANONICAL, *reversed(NEGATIVE_STRAIN.splitlines()[1:])),
+        {},
+        ["comes back from -0.2 to", 'write compression = "negative" and reverse the rows'],
     ),
     "a free control in reverse": (
-        text("depth [m],stress_ratio", "3,1", "2,2", "1,3"), {"control": "depth", "observables": ["stress_ratio"]}, ["depth falls throughout, from 3 to 1"],
+        text("depth [m],stress_ratio", "3,1", "2,2", "1,3"),
+        {"control": "depth", "observables": ["stress_ratio"]},
+        ["depth falls throughout, from 3 to 1"],
     ),
     "engineering strain beyond one": (
         changed(27, 0, "120"),

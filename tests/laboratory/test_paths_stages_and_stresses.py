@@ -19,7 +19,10 @@ from graincal.laboratory.understanding.staging import _SHEAR
 
 def written(folder: Path, header: str, *columns: object) -> Path:
     path = folder / "lab.csv"
-    path.write_text("\n".join([header, *(",".join(cell if isinstance(cell, str) else f"{cell:.6g}" for cell in row) for row in zip(*columns, strict=True))]) + "\n", encoding="utf-8")
+    path.write_text(
+        "\n".join([header, *(",".join(cell if isinstance(cell, str) else f"{cell:.6g}" for cell in row) for row in zip(*columns, strict=True))]) + "\n",
+        encoding="utf-8",
+    )
     return path
 
 
@@ -81,7 +84,17 @@ def _read(path: Path, found: Understanding, pressure: float | None = None):
     compression = {name: "positive" if sign == "?" else sign for name, sign in found.compression.items()}
     turns = found.turns if found.control == "position" else None
     strain = "engineering" if found.strain else None
-    return Reference.read(path, found.control, found.observables, columns=found.columns, units=found.units, compression=compression, strain=strain, confining_pressure=found.confining_pressure or pressure, turns=turns)
+    return Reference.read(
+        path,
+        found.control,
+        found.observables,
+        columns=found.columns,
+        units=found.units,
+        compression=compression,
+        strain=strain,
+        confining_pressure=found.confining_pressure or pressure,
+        turns=turns,
+    )
 
 
 N = 12
@@ -109,7 +122,11 @@ def test_whatever_stresses_are_understood_can_be_read(kind: str, count: int, tmp
         try:
             reference = _read(path, found, 1e3 * state[1][0])
             read += 1
-            wrong += [(names, name) for name in set(reference.names) & set(truth) if not np.allclose(reference.observables[name], truth[name], rtol=1e-4, atol=1e-4 * np.ptp(truth[name]))]
+            wrong += [
+                (names, name)
+                for name in set(reference.names) & set(truth)
+                if not np.allclose(reference.observables[name], truth[name], rtol=1e-4, atol=1e-4 * np.ptp(truth[name]))
+            ]
         except InputError as error:
             wrong.append((names, str(error)))
     assert not wrong and read >= (2 if count == 1 else 40), wrong[:5]
@@ -153,7 +170,9 @@ def test_the_steps_of_a_compression_test_are_no_stages_before_a_shear(header: st
 @pytest.mark.parametrize("stage", [None, "Shear"])
 def test_a_stage_that_stands_in_two_places_is_refused(stage: str | None, tmp_path: Path) -> None:
     names = ["Shear"] * 6 + ["Consolidation"] * 4 + ["Shear"] * 6
-    path = written(tmp_path, "Stage,axial_strain [%],deviator_stress [kPa],volumetric_strain [%]", names, np.arange(16.0), np.arange(16.0) * 10, np.arange(16.0) / 10)
+    path = written(
+        tmp_path, "Stage,axial_strain [%],deviator_stress [kPa],volumetric_strain [%]", names, np.arange(16.0), np.arange(16.0) * 10, np.arange(16.0) / 10
+    )
     with pytest.raises(InputError, match=r"Shear stands on lines 2-7 and 12-17.*--rows"):
         understand(path, Known(stage=stage))
     with pytest.raises(InputError, match=r"Shear stands on lines 2-7 and 12-17"):
@@ -163,9 +182,17 @@ def test_a_stage_that_stands_in_two_places_is_refused(stage: str | None, tmp_pat
 # header, stresses, words of the refusal
 IMPOSSIBLE = {
     "zeroed": ("axial_strain [%],volumetric_strain [%],sigma1 [kPa],sigma3 [kPa]", (Q + 1, 0 * Q), ["lateral stress is 0"]),
-    "another unit": ("axial_strain [%],volumetric_strain [%],sigma1 [kPa],sigma3", (Q + 200, 0 * Q + 0.2), ["'sigma3' (lateral_stress, without a unit and taken in kPa)", "times the lateral one"]),
+    "another unit": (
+        "axial_strain [%],volumetric_strain [%],sigma1 [kPa],sigma3",
+        (Q + 200, 0 * Q + 0.2),
+        ["'sigma3' (lateral_stress, without a unit and taken in kPa)", "times the lateral one"],
+    ),
     "tension": ("axial_strain [%],volumetric_strain [%],sigma1 [kPa],deviator_stress [kPa]", (Q + 10, 2 * Q + 10), ["would fall to"]),
-    "contradicting": ("axial_strain [%],volumetric_strain [%],sigma1 [kPa],sigma3 [kPa],deviator_stress [kPa]", (Q + 200, 0 * Q + 200, Q + 50), ["contradict one another"]),
+    "contradicting": (
+        "axial_strain [%],volumetric_strain [%],sigma1 [kPa],sigma3 [kPa],deviator_stress [kPa]",
+        (Q + 200, 0 * Q + 200, Q + 50),
+        ["contradict one another"],
+    ),
     "no common row": ("axial_strain [%],volumetric_strain [%],sigma1 [kPa],sigma3 [kPa]", (["1", ""] * 6, ["", "1"] * 6), ["no row holds a number in each"]),
 }
 

@@ -49,7 +49,14 @@ def test_what_is_recorded_is_read_as_an_observable_is():
 
 def test_an_encoding_is_taken_from_python_too():
     columns = {"axial_strain": 1, "deviator_stress": 2, "volumetric_strain": 3}
-    reference = gc.Reference.read(FIELD / "russian_cp1251.csv", columns=columns, units={"axial_strain": "%", "deviator_stress": "kPa", "volumetric_strain": "%"}, strain="engineering", confining_pressure=100e3, encoding="cp1251")
+    reference = gc.Reference.read(
+        FIELD / "russian_cp1251.csv",
+        columns=columns,
+        units={"axial_strain": "%", "deviator_stress": "kPa", "volumetric_strain": "%"},
+        strain="engineering",
+        confining_pressure=100e3,
+        encoding="cp1251",
+    )
     assert reference.observables["stress_ratio"][-1] == pytest.approx(4.087, abs=1e-3)
     with pytest.raises(gc.InputError, match="there is no column 9, and a number from 1 to 3 was expected"):
         gc.Reference.read(FIELD / "russian_cp1251.csv", columns=columns | {"axial_strain": 9}, encoding="cp1251")

@@ -34,7 +34,9 @@ def test_of_several_sheets_one_is_said(tmp_path: Path) -> None:
     path = write_xlsx(tmp_path / "lab.xlsx", {"Notes": NOTES, "Shear": TEST, "Curves": OTHER})
     with pytest.raises(InputError) as refusal:
         read_table(path)
-    assert str(refusal.value) == f"{path}: 2 sheets hold rows of numbers, 'Shear', 'Curves': say which with --sheet, or sheet = \"Shear\" in a calibration file."
+    assert (
+        str(refusal.value) == f"{path}: 2 sheets hold rows of numbers, 'Shear', 'Curves': say which with --sheet, or sheet = \"Shear\" in a calibration file."
+    )
     for said in ("Curves", 3, "3"):
         table = read_table(path, sheet=said)
         assert (table.sheet, table.groups, table.header) == ("Curves", ("loose", "loose", "dense", "dense"), ("X", "Y", "X", "Y"))

@@ -43,7 +43,13 @@ LAYOUTS = {
     "a row of units in brackets": ("eps,q,e\n[%],(kPa),[-]\n" + COMMAS, "eps|q|e", "%|kPa|-", 1, 3),
     "a row of units with one that is not known": ("eps,q,e\n%,stone,-\n" + COMMAS, "eps|q|e", "%|stone|-", 1, 3),
     "a row of units in brackets none of which is known": ("eps,q,e\n[pct.],[stone],[one]\n" + COMMAS, "eps|q|e", "pct.|stone|one", 1, 3),
-    "a row of units none of which is known": ("Axial strain,Deviator stress,e\npulg,stone,one\n" + COMMAS, "Axial strain|Deviator stress|e", "pulg|stone|one", 1, 3),
+    "a row of units none of which is known": (
+        "Axial strain,Deviator stress,e\npulg,stone,one\n" + COMMAS,
+        "Axial strain|Deviator stress|e",
+        "pulg|stone|one",
+        1,
+        3,
+    ),
     "units by spaces below names by spaces over tabs": ("eps    q      Void ratio\n[%]    [kPa]  [-]\n\n" + TABS, "eps|q|Void ratio", "%|kPa|-", 1, 4),
     "units by single spaces below names by spaces": ("eps    q      Void ratio\n% kPa -\n" + SPACES, "eps|q|Void ratio", "%|kPa|-", 1, 3),
     "units for some of the names, by where they stand": ("eps    q      Void ratio\n%      kPa\n" + SPACES, "eps|q|Void ratio", "%|kPa|", 1, 3),
@@ -72,7 +78,13 @@ LAYOUTS = {
     "a column without a name": ("eps;;e\n0;1.5;2\n1;2.5;3\n", "eps||e", "", 1, 2),
     "a last column without a name": ("eps;q;\n0;1.5;2\n1;2.5;3\n", "eps|q|", "", 1, 2),
     "names on two lines": ("Axial,Deviator,Void\nstrain,stress,ratio\n" + COMMAS, "Axial strain|Deviator stress|Void ratio", "", 2, 3),
-    "names on two lines by spaces": ("Axial   Deviator   Void\nstrain  stress     ratio\n%       kPa        -\n" + TABS, "Axial strain|Deviator stress|Void ratio", "%|kPa|-", 2, 4),
+    "names on two lines by spaces": (
+        "Axial   Deviator   Void\nstrain  stress     ratio\n%       kPa        -\n" + TABS,
+        "Axial strain|Deviator stress|Void ratio",
+        "%|kPa|-",
+        2,
+        4,
+    ),
     "names on two lines that tell columns apart": ("aba,abo,abu\nx,x,y\n" + COMMAS, "aba x|abo x|abu y", "", 2, 3),
     "a repeated header": ("eps,q,e\n%,kPa,-\n0,1.5,2\neps,q,e\n%,kPa,-\n1,2.5,3\n", "eps|q|e", "%|kPa|-", 1, 3),
     "a repeated header by spaces": ("eps  q  e\n0 1.5 2\n\neps  q  e\n1 2.5 3\n", "eps|q|e", "", 1, 2),
@@ -99,7 +111,11 @@ def test_every_layout_gives_the_same_rows(name: str, tmp_path: Path) -> None:
 
 
 def test_what_names_no_columns_is_asked_for(tmp_path: Path) -> None:
-    assert table_of(TABS, tmp_path).questions[0].sentence.startswith("Line 1 is numbers already, and no line above it names the columns: columns may be named by number")
+    assert (
+        table_of(TABS, tmp_path)
+        .questions[0]
+        .sentence.startswith("Line 1 is numbers already, and no line above it names the columns: columns may be named by number")
+    )
     (question,) = table_of("\neps   q\n" + TABS, tmp_path).questions
     assert (question.key, question.option) == ("columns", "--column")
     assert question.sentence.startswith("Line 2 has 2 names above 3 columns of numbers: ")
@@ -108,7 +124,11 @@ def test_what_names_no_columns_is_asked_for(tmp_path: Path) -> None:
 
 
 def test_names_of_groups_stand_above_those_of_columns(tmp_path: Path) -> None:
-    for above, groups in (("loose,,dense,", "loose|loose|dense|dense"), ("100,,400,", "100|100|400|400"), ("loose,loose,dense,dense", "loose|loose|dense|dense")):
+    for above, groups in (
+        ("loose,,dense,", "loose|loose|dense|dense"),
+        ("100,,400,", "100|100|400|400"),
+        ("loose,loose,dense,dense", "loose|loose|dense|dense"),
+    ):
         table = table_of(above + "\nX,Y,X,Y\n1,2,3,4\n5,6,,\n", tmp_path)
         assert ("|".join(table.groups), table.header, table.header_line, table.remarks) == (groups, ("X", "Y", "X", "Y"), 2, ())
         assert [row.cells for row in table.rows] == [("1", "2", "3", "4"), ("5", "6", "", "")]

@@ -24,11 +24,16 @@ def write_xlsx(path: Path, sheets: Mapping[str, Cells], hidden: Sequence[str] = 
             state = ' state="hidden"' if name in hidden else ""
             listed.append(f'<sheet name="{escape(name)}" sheetId="{at}"{state} r:id="r{at}"/>')
             relations.append(f'<Relationship Id="r{at}" Type="{_OFFICE}/worksheet" Target="worksheets/sheet{at}.xml"/>')
-            rows = "".join(f'<row r="{line}">{"".join(_xlsx_cell(line, at, cell, percent) for at, cell in enumerate(row))}</row>' for line, row in enumerate(cells, 1))
+            rows = "".join(
+                f'<row r="{line}">{"".join(_xlsx_cell(line, at, cell, percent) for at, cell in enumerate(row))}</row>' for line, row in enumerate(cells, 1)
+            )
             book.writestr(f"xl/worksheets/sheet{at}.xml", f'<worksheet xmlns="{_MAIN}"><sheetData>{rows}</sheetData></worksheet>')
         book.writestr("[Content_Types].xml", _TYPES)
         book.writestr("xl/styles.xml", f'<styleSheet xmlns="{_MAIN}"><cellXfs><xf numFmtId="0"/><xf numFmtId="10"/></cellXfs></styleSheet>')
-        book.writestr("_rels/.rels", f'<Relationships xmlns="{_RELATIONS}"><Relationship Id="r1" Type="{_OFFICE}/officeDocument" Target="xl/workbook.xml"/></Relationships>')
+        book.writestr(
+            "_rels/.rels",
+            f'<Relationships xmlns="{_RELATIONS}"><Relationship Id="r1" Type="{_OFFICE}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
+        )
         book.writestr("xl/workbook.xml", f'<workbook xmlns="{_MAIN}" xmlns:r="{_OFFICE}"><sheets>{"".join(listed)}</sheets></workbook>')
         book.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{_RELATIONS}">{"".join(relations)}</Relationships>')
     return path
@@ -47,14 +52,19 @@ def _xlsx_cell(line: int, at: int, value: str | float | None, percent: str) -> s
 def write_ods(path: Path, sheets: Mapping[str, Cells]) -> Path:
     """The same as OpenDocument."""
     tables = "".join(
-        f'<table:table table:name="{escape(name)}">' + "".join(f"<table:table-row>{''.join(map(_ods_cell, row))}</table:table-row>" for row in cells) + "</table:table>"
+        f'<table:table table:name="{escape(name)}">'
+        + "".join(f"<table:table-row>{''.join(map(_ods_cell, row))}</table:table-row>" for row in cells)
+        + "</table:table>"
         for name, cells in sheets.items()
     )
     spaces = " ".join(f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"' for name in ("office", "table", "text"))
     with zipfile.ZipFile(path, "w") as book:
         book.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
         book.writestr("META-INF/manifest.xml", '<manifest:manifest xmlns:manifest="urn:oasis:names:tc:opendocument:xmlns:manifest:1.0"/>')
-        book.writestr("content.xml", f"<office:document-content {spaces}><office:body><office:spreadsheet>{tables}</office:spreadsheet></office:body></office:document-content>")
+        book.writestr(
+            "content.xml",
+            f"<office:document-content {spaces}><office:body><office:spreadsheet>{tables}</office:spreadsheet></office:body></office:document-content>",
+        )
     return path
 
 

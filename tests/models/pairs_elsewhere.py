@@ -62,7 +62,10 @@ def in_lammps(lines, positions, radii, time_step, legs, folder):
     (folder / "contact.lammps").write_text(lines)
     # So heavy that forces change no velocity.
     types = np.unique(radii, return_inverse=True)[1] + 1
-    atoms = [f"create_atoms {types[k - 1]} single {x!r} {y!r} {z!r}\nset atom {k} diameter {2 * radius!r} density 1e30" for k, ((x, y, z), radius) in enumerate(zip(np.asarray(positions).tolist(), radii), 1)]
+    atoms = [
+        f"create_atoms {types[k - 1]} single {x!r} {y!r} {z!r}\nset atom {k} diameter {2 * radius!r} density 1e30"
+        for k, ((x, y, z), radius) in enumerate(zip(np.asarray(positions).tolist(), radii), 1)
+    ]
     text = LAMMPS_PAIR.format(types=len(set(radii)), atoms="\n".join(atoms), time_step=time_step)
     for number, leg in enumerate(legs):
         assert leg.velocities is STILL

@@ -51,7 +51,13 @@ def test_standard_output_may_be_the_declared_output():
 
 
 def test_no_shell_and_every_digit(tmp_path):
-    made = model(command=("printf", "%s\n", "$HOME; `true` {{ a }} {{ twice }}"), output=Output(OUTPUT.columns, STANDARD_OUTPUT), derived={"twice": "2 * a"}, root=tmp_path, keep="all")
+    made = model(
+        command=("printf", "%s\n", "$HOME; `true` {{ a }} {{ twice }}"),
+        output=Output(OUTPUT.columns, STANDARD_OUTPUT),
+        derived={"twice": "2 * a"},
+        root=tmp_path,
+        keep="all",
+    )
     outcome(made, 0.1 + 0.2)
     assert (tmp_path / "00000" / "attempt-0" / "standard-output.txt").read_text() == "$HOME; `true` 0.30000000000000004 0.6000000000000001\n"
 
@@ -61,7 +67,13 @@ def test_templates_links_environment_and_a_file_of_parameters(tmp_path):
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "grains.txt").write_text("grains")
     script = "cat sub/case.in grains.txt data/grains.txt > seen; printf '%s' \"$GIVEN\" > environment; echo 'eps_a [%],ratio' > curve.csv; for k in 0 5 11; do echo $k,$k; done >> curve.csv"
-    options = {"templates": {"sub/case.in": "case.template"}, "delimiters": ("<<", ">>"), "link": ("data", "data/grains.txt"), "environment": {"GIVEN": "E={{ E }}"}, "derived": {"E": "10**a"}}
+    options = {
+        "templates": {"sub/case.in": "case.template"},
+        "delimiters": ("<<", ">>"),
+        "link": ("data", "data/grains.txt"),
+        "environment": {"GIVEN": "E={{ E }}"},
+        "derived": {"E": "10**a"},
+    }
     for name, expected in (("p.json", '{\n  "a": 2.0,\n  "E": 100.0\n}\n'), ("p.csv", "a,E\n2.0,100.0\n"), ("p.table", "a E\n2.0 100.0\n")):
         root = tmp_path / name
         assert isinstance(outcome(shell(script, folder=tmp_path, root=root, keep="all", parameters_file=name, **options)), Response)
@@ -150,7 +162,14 @@ def test_exit_codes_mean_what_is_declared(tmp_path):
     good = "printf 'eps_a [%%],ratio\\n0,1\\n11,2\\n' > curve.csv; exit 7"
     assert isinstance(outcome(shell(good, limits={"success_exit_codes": (0, 7)})), Response)
     # A licence that is not free: run again, until it is.
-    found = list(_ended(shell(f"echo >> {tmp_path}/tried; test $(wc -l < {tmp_path}/tried) -ge 3 || exit 75; {good}", limits={"success_exit_codes": (7,), "retry_exit_codes": (75,)})))
+    found = list(
+        _ended(
+            shell(
+                f"echo >> {tmp_path}/tried; test $(wc -l < {tmp_path}/tried) -ge 3 || exit 75; {good}",
+                limits={"success_exit_codes": (7,), "retry_exit_codes": (75,)},
+            )
+        )
+    )
     assert isinstance(found[0].outcome, Response) and found[0].attempts == 3
 
 
@@ -291,7 +310,9 @@ def test_a_program_whose_keeper_is_killed_is_lost_and_ends(monkeypatch):
     def kill():
         while not running(mark):
             time.sleep(0.02)
-        while not (keepers := [each for each in running("keeper.py") if Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split()[1] == str(os.getpid())]):
+        while not (
+            keepers := [each for each in running("keeper.py") if Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split()[1] == str(os.getpid())]
+        ):
             time.sleep(0.02)
         for each in keepers:
             os.kill(each, signal.SIGKILL)
@@ -307,12 +328,14 @@ def test_a_program_whose_keeper_is_killed_is_lost_and_ends(monkeypatch):
 def test_nothing_is_left_when_the_owner_is_killed(tmp_path):
     mark = uuid4().hex
     script = tmp_path / "owner.py"
-    script.write_text(textwrap.dedent(f"""
+    script.write_text(
+        textwrap.dedent(f"""
         import os
         from pathlib import Path
         from graincal.models.command import program
         program.run(program.Program({(*PYTHON, FORKS, mark, "600")!r}, Path({str(tmp_path)!r}), dict(os.environ), 600))
-    """))
+    """)
+    )
     owner = subprocess.Popen([sys.executable, str(script)])
     while len(running(mark)) < 4:
         assert owner.poll() is None
@@ -354,7 +377,14 @@ def test_scratch_runs_elsewhere_and_brings_the_declared_output_back(tmp_path, mo
     (scratch := tmp_path / "scratch").mkdir()
     monkeypatch.setenv("NODE_DISK", str(scratch))
     (tmp_path / "kept").mkdir()
-    found = outcome(model(WRITES + "open('large', 'w').write('x')\nimport os; open('where.txt', 'w').write(os.getcwd())", root=tmp_path / "kept", keep="all", scratch="$NODE_DISK"))
+    found = outcome(
+        model(
+            WRITES + "open('large', 'w').write('x')\nimport os; open('where.txt', 'w').write(os.getcwd())",
+            root=tmp_path / "kept",
+            keep="all",
+            scratch="$NODE_DISK",
+        )
+    )
     assert isinstance(found, Response) and not list(scratch.iterdir())
     assert sorted(each.name for each in (tmp_path / "kept" / "00000" / "attempt-0").iterdir()) == ["curve.csv", "outcome.txt", "printed.txt"]
     # A machine that does not see the campaign's folder.

@@ -31,5 +31,8 @@ def test_documents_say_the_bounds_of_each_parameter(law) -> None:
 def test_a_bound_of_one_law_alone_is_said_with_its_name(given, key):
     parameters = gc.ParameterSpace({"log_E": (7, 11), "nu": given, "phi": (0, 60)})
     check_ranges(parameters, "linear")
-    with pytest.raises(gc.InputError, match=rf'parameters\.nu\.{key} must .*at least 0 and below 0\.5, where the contact law "hertz-mindlin" means something \(nu is Poisson\'s ratio ν of the grains there\)'):
+    with pytest.raises(
+        gc.InputError,
+        match=rf'parameters\.nu\.{key} must .*at least 0 and below 0\.5, where the contact law "hertz-mindlin" means something \(nu is Poisson\'s ratio ν of the grains there\)',
+    ):
         check_ranges(parameters, "hertz-mindlin")

@@ -27,7 +27,10 @@ LEGS = [
     Leg(5, [(-0.1 * ACROSS + 0.2 * NORMAL).tolist(), (-0.3 * ACROSS - 0.2 * NORMAL).tolist()]),
 ]
 # The second sphere approaches, passes, and turns back while it still approaches.
-PASSING = [Leg(40, [[0.02, -0.01, 0.03], [0.01, 0.02, -0.05]], [[0.0] * 3, [-0.05, 0.05, -0.12]]), Leg(60, [[-0.08, 0.03, 0.0], [0.0, 0.05, 0.1]], [[0.0] * 3, [-0.2, 0.15, -0.11]])]
+PASSING = [
+    Leg(40, [[0.02, -0.01, 0.03], [0.01, 0.02, -0.05]], [[0.0] * 3, [-0.05, 0.05, -0.12]]),
+    Leg(60, [[-0.08, 0.03, 0.0], [0.0, 0.05, 0.1]], [[0.0] * 3, [-0.2, 0.15, -0.11]]),
+]
 
 
 def contact(law, **values):

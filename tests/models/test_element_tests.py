@@ -105,7 +105,14 @@ def description(test):
 
 def test_a_test_is_described_by_what_is_in_effect(packing):
     # Campaigns are resumed by comparing: they are the same whether a default was written down or not, and other defaults of a later version change none.
-    written = {"accuracy": "standard", "time_step_bound": "contact", "mass_exponent": 1.0, "precision": "float32", "rest_every": 0.004, "inertial_number": INERTIAL_NUMBER}
+    written = {
+        "accuracy": "standard",
+        "time_step_bound": "contact",
+        "mass_exponent": 1.0,
+        "precision": "float32",
+        "rest_every": 0.004,
+        "inertial_number": INERTIAL_NUMBER,
+    }
     described = description(gc.TriaxialTest(packing, PRESSURE))
     assert described == description(gc.TriaxialTest(packing, PRESSURE, **written))
     assert {name: described[name] for name in written.keys() - {"accuracy"}} == {name: value for name, value in written.items() if name != "accuracy"}
@@ -174,7 +181,9 @@ def test_what_saves_steps_must_mean_something(packing, table):
     ]:
         with pytest.raises(InputError, match=words):
             gc.TriaxialTest(packing, PRESSURE, **options)
-    with pytest.raises(InputError, match="rest_every is a strain, and an isotropic test that is driven by mean_stress rests at states of its own: leave it out."):
+    with pytest.raises(
+        InputError, match="rest_every is a strain, and an isotropic test that is driven by mean_stress rests at states of its own: leave it out."
+    ):
         gc.IsotropicTest(packing, PRESSURE, rest_every=0.002)
 
 

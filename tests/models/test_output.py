@@ -42,7 +42,12 @@ def is_read(response):
 
 @pytest.mark.parametrize(
     ("header", "delimiter", "comment"),
-    [("eps_a,ratio,eps_v", ",", ""), ("eps_a ratio eps_v", " ", "# made by a program, version 1"), ("# eps_a\tratio\teps_v", "\t", ""), ("eps_a; ratio; eps_v", ";", "# one\n# two")],
+    [
+        ("eps_a,ratio,eps_v", ",", ""),
+        ("eps_a ratio eps_v", " ", "# made by a program, version 1"),
+        ("# eps_a\tratio\teps_v", "\t", ""),
+        ("eps_a; ratio; eps_v", ";", "# one\n# two"),
+    ],
 )
 def test_text_is_taken_as_laboratory_files_are(header, delimiter, comment, tmp_path):
     is_read(read(table(header, STRAIN, RATIO, CONTRACTION, delimiter=delimiter, comment=comment), folder=tmp_path))
@@ -117,10 +122,18 @@ def test_rows_where_the_control_falls_back_are_left_out_and_counted():
 @pytest.mark.parametrize(
     ("strain", "kind", "said"),
     [
-        (100 * STRAIN, "unreadable", 'axial_strain reaches 12, and the reference 0.1: the program\'s strain may be in percent, and is then named with its unit, such as "axial_strain [%]", in output.columns.'),
+        (
+            100 * STRAIN,
+            "unreadable",
+            'axial_strain reaches 12, and the reference 0.1: the program\'s strain may be in percent, and is then named with its unit, such as "axial_strain [%]", in output.columns.',
+        ),
         (100 * STRAIN + 0.02, "unreadable", "in percent"),
         (STRAIN / 100, "incomplete", "and the reference goes from 0.01 to 0.1: the program's strain may be a fraction, and is taken as percent."),
-        (np.concatenate([[0.3], STRAIN[1:]]), "incomplete", ": 12 of its 13 rows are left out, where axial_strain does not exceed that of an earlier row; where or first_row chooses the rows that are read."),
+        (
+            np.concatenate([[0.3], STRAIN[1:]]),
+            "incomplete",
+            ": 12 of its 13 rows are left out, where axial_strain does not exceed that of an earlier row; where or first_row chooses the rows that are read.",
+        ),
         (STRAIN + 0.02, "incomplete", ": it begins too late, and the program should write its first state too, before anything is strained."),
         (STRAIN / 2, "incomplete", ": it ends too early."),
     ],
@@ -163,7 +176,11 @@ def _good_files(folder):
     np.save(folder / "a.npy", np.stack([STRAIN, RATIO, CONTRACTION], axis=1))
     np.savez(folder / "a.npz", eps_a=STRAIN, ratio=RATIO, eps_v=CONTRACTION)
     binary = [(folder / name).read_bytes() for name in ("a.npy", "a.npz")]
-    return [table("eps_a [%],ratio,eps_v", STRAIN, RATIO, CONTRACTION), table("# eps_a ratio eps_v", STRAIN, RATIO, CONTRACTION, delimiter=" ", comment="# made"), *binary]
+    return [
+        table("eps_a [%],ratio,eps_v", STRAIN, RATIO, CONTRACTION),
+        table("# eps_a ratio eps_v", STRAIN, RATIO, CONTRACTION, delimiter=" ", comment="# made"),
+        *binary,
+    ]
 
 
 @pytest.mark.parametrize("seed", range(200))
@@ -183,7 +200,9 @@ def test_whatever_is_written_is_a_response_or_a_failure(seed, tmp_path):
                 content[at:at] = content[max(0, at - 30) : at]
     columns = COLUMNS | {"stress_ratio": Column("ratio + 0 * eps_v"), "void_ratio": Column(2)}
     found = output(columns=columns, where="eps_a >= 0").read(bytes(content), "axial_strain", AT)
-    assert isinstance(found, (Failure, gc.Response)) and (isinstance(found, gc.Response) or found.kind in ("unreadable", "not_finite", "incomplete", "no_output"))
+    assert isinstance(found, (Failure, gc.Response)) and (
+        isinstance(found, gc.Response) or found.kind in ("unreadable", "not_finite", "incomplete", "no_output")
+    )
 
 
 def test_a_file_that_is_not_there_or_empty_is_no_output(tmp_path):
@@ -198,7 +217,10 @@ def test_an_archive_that_unpacks_to_more_than_anybody_means_is_not_unpacked(tmp_
     monkeypatch.setattr(tables, "LARGEST_BINARY", 1000)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, eps_a=np.zeros(10**5))
-    assert "unpacks to" in output("curve.npz").read(buffer.getvalue()[:], "axial_strain", AT).reason or "MiB" in output("curve.npz").read(buffer.getvalue(), "axial_strain", AT).reason
+    assert (
+        "unpacks to" in output("curve.npz").read(buffer.getvalue()[:], "axial_strain", AT).reason
+        or "MiB" in output("curve.npz").read(buffer.getvalue(), "axial_strain", AT).reason
+    )
 
 
 def test_what_cannot_be_declared_is_refused():

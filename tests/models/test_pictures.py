@@ -54,7 +54,11 @@ def test_there_is_a_picture_of_the_start_and_of_each_state_at_rest(pictures):
         found = series(folder / f"{kind}.pvd")
         assert [time for time, _ in found] == [*range(len(curve.control) + 1)]
         assert all((folder / name).is_file() for _, name in found)
-    assert (folder / "states.csv").read_text().split() == ["picture,axial_strain", "0,", *(f"{k},{strain}" for k, strain in enumerate(curve.control.tolist(), start=1))]
+    assert (folder / "states.csv").read_text().split() == [
+        "picture,axial_strain",
+        "0,",
+        *(f"{k},{strain}" for k, strain in enumerate(curve.control.tolist(), start=1)),
+    ]
 
 
 def test_the_first_picture_is_the_packing(pictures):
@@ -104,7 +108,19 @@ def test_the_run_of_the_pictures_is_that_of_the_curve(pictures):
 
 def test_the_command_writes_them_beside_the_curve_and_overwrites_nothing(call, tmp_path):
     packing().write(tmp_path / "packing.csv")
-    command = ["simulate", "triaxial", "--packing", tmp_path / "packing.csv", "--confining-pressure", PRESSURE, *OPTIONS, "--axial-strain", 0.004, "--increment", 0.004]
+    command = [
+        "simulate",
+        "triaxial",
+        "--packing",
+        tmp_path / "packing.csv",
+        "--confining-pressure",
+        PRESSURE,
+        *OPTIONS,
+        "--axial-strain",
+        0.004,
+        "--increment",
+        0.004,
+    ]
     told = call(*command, "--vtk", tmp_path / "vtk", "-o", tmp_path / "curve.csv")
     assert told.code == 0 and "particles.pvd" in told.err
     assert len(series(tmp_path / "vtk" / "particles.pvd")) == len(list((tmp_path / "vtk").glob("contacts-*.vtp"))) > 2

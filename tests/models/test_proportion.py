@@ -51,7 +51,11 @@ def test_the_triaxial_test_is_the_same_at_every_pressure(packing, law, accuracy)
 
 
 def test_a_density_scaling_of_ones_own_goes_with_the_pressure(packing):
-    assert_proportional(run(gc.TriaxialTest(packing, PRESSURE, density_scaling=2e3), STRAINS), run(gc.TriaxialTest(packing, 2 * PRESSURE, density_scaling=4e3), STRAINS), 2 * PRESSURE)
+    assert_proportional(
+        run(gc.TriaxialTest(packing, PRESSURE, density_scaling=2e3), STRAINS),
+        run(gc.TriaxialTest(packing, 2 * PRESSURE, density_scaling=4e3), STRAINS),
+        2 * PRESSURE,
+    )
     same = run(gc.TriaxialTest(packing, 2 * PRESSURE, density_scaling=2e3), STRAINS)
     assert not np.array_equal(same.values["stress_ratio"], run(gc.TriaxialTest(packing, 2 * PRESSURE), STRAINS).values["stress_ratio"])
 

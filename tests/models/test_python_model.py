@@ -252,13 +252,15 @@ def test_an_import_that_ends_its_process_is_told_from_a_script_without_a_guard(m
     with pytest.raises(InputError, match="a worker process ended abruptly while it was made ready.*importing the model's module"):
         outcomes(PythonModel(f"{name}:f", folder=tmp_path), 1.0)
     script = tmp_path / "unguarded.py"
-    script.write_text(textwrap.dedent(f"""
+    script.write_text(
+        textwrap.dedent(f"""
         import numpy as np
         from pathlib import Path
         from graincal import PythonModel, Samples
         model = PythonModel("math:sin", folder=Path({str(tmp_path)!r}))
         list(model.evaluate(Samples(np.arange(1), np.zeros((1, 1)), ("a",)), at=np.arange(3.0), workers=1))
-    """))
+    """)
+    )
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
     assert ended.returncode == 1 and 'not guarded by: if __name__ == "__main__"' in ended.stderr
 
@@ -281,7 +283,8 @@ AS_ONE_STARTS = """
 def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_started(tmp_path, interrupt):
     # A worker imports the script of its owner before anything else, and this script takes a minute for it.
     script = tmp_path / "slow.py"
-    script.write_text(textwrap.dedent(f"""
+    script.write_text(
+        textwrap.dedent(f"""
         import os, signal, sys, threading, time
         if __name__ == "__mp_main__":
             time.sleep(60)
@@ -293,7 +296,8 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_started(tmp_path, interr
             {interrupt}
             print("ready", flush=True)
             list(PythonModel("math:sin").evaluate(Samples(np.arange(2), np.zeros((2, 1)), ("a",)), at=np.arange(3.0), workers=2))
-    """))
+    """)
+    )
     process = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     assert process.stdout.readline() == "ready\n"
     start = time.monotonic()

@@ -67,7 +67,9 @@ def test_curves_agree_with_the_engines_to_two_percent_of_strain(case):
 def test_hertz_mindlin_runs_too():
     model = triaxial(PACKING, 0.5e6, 1000, law="hertz-mindlin")
     ((outcome),) = evaluated(model, samples((9.0, 0.2, 45.0), names=("log_E", "nu", "phi")), np.array([0.0, 0.003]))
-    our = TriaxialTest(Packing.read(PACKING), 0.5e6, density_scaling=1000, law="hertz-mindlin", fixed={"beta_m": 0, "eta_m": 0}).simulate([(9.0, 0.2, 45.0)], at=np.array([0.0, 0.003]))[0]
+    our = TriaxialTest(Packing.read(PACKING), 0.5e6, density_scaling=1000, law="hertz-mindlin", fixed={"beta_m": 0, "eta_m": 0}).simulate(
+        [(9.0, 0.2, 45.0)], at=np.array([0.0, 0.003])
+    )[0]
     assert outcome.values["stress_ratio"] == pytest.approx(our.values["stress_ratio"], rel=0.01)
 
 
@@ -106,7 +108,9 @@ def test_a_test_that_comes_to_no_end_is_a_failure():
 def test_it_is_described_and_restored():
     model = triaxial(PACKING, 0.5e6, 1000, fixed={"nu": 0.2})
     again = YadeModel.restored(model.described())
-    assert {key: value for key, value in vars(again).items() if key != "folder"} == {key: value for key, value in vars(model).items() if key != "folder"} and again.folder == Path(os.getcwd())
+    assert {key: value for key, value in vars(again).items() if key != "folder"} == {
+        key: value for key, value in vars(model).items() if key != "folder"
+    } and again.folder == Path(os.getcwd())
     given = [each.given(samples((8.0, 20.0, 0.1, 0.2), names=("log_E", "phi", "beta_m", "eta_m")), [0.0, 0.01])[0].command for each in (model, again)]
     assert given[0] == given[1] and "-p=nu=0.2" in given[0] and "-p=log_E=8.0" in given[0]
     # It rests where the engine's test rests, as far as the reference goes.

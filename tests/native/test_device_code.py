@@ -31,7 +31,13 @@ def compile_to_ptx(source: str, *options: str) -> str:
 def test_the_whole_step_compiles_as_device_code(architecture):
     kernel = (NATIVE / "cuda" / "kernel.cu").read_text()
     ptx = compile_to_ptx(
-        kernel, f"--gpu-architecture={architecture}", "--std=c++20", "--device-as-default-execution-space", "--fmad=false", f"-I{NATIVE}", f"-I{NATIVE / 'cuda'}"
+        kernel,
+        f"--gpu-architecture={architecture}",
+        "--std=c++20",
+        "--device-as-default-execution-space",
+        "--fmad=false",
+        f"-I{NATIVE}",
+        f"-I{NATIVE / 'cuda'}",
     )
     for law in ("linear", "hertz"):
         for precision in ("float64", "float32"):

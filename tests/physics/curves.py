@@ -13,6 +13,7 @@ from graincal import Response, TriaxialTest
 OBSERVABLES = ("stress_ratio", "volumetric_strain")
 COMPARED = (*OBSERVABLES, "coordination_number", "a_c")
 
+
 def error(reference, curve, name):
     """Hartmann, Cheng, Thornton (2022), Eq. 5: the error of one quantity over the curve, in percent."""
     return 100 * np.sum(np.abs(reference[name] - curve[name])) / np.sum(np.abs(reference[name]))

@@ -1,6 +1,5 @@
 """Results to report, calibrated once."""
 
-
 import numpy as np
 import pytest
 
@@ -41,7 +40,9 @@ def without_weights():
 
 @pytest.fixture(scope="session")
 def all_failed():
-    return gc.calibrate(gc.PythonModel(lambda theta: {"stress_ratio": np.nan}), soil.reference(), soil.SPACE, method="iterative-bayesian", stop=soil.STOP, seed=3, workers=1)
+    return gc.calibrate(
+        gc.PythonModel(lambda theta: {"stress_ratio": np.nan}), soil.reference(), soil.SPACE, method="iterative-bayesian", stop=soil.STOP, seed=3, workers=1
+    )
 
 
 @pytest.fixture

@@ -31,4 +31,6 @@ def reference(stiffness=0.01):
 
 def calibrate(**options):
     """One experiment, three iterations, a few failures."""
-    return gc.calibrate(gc.PythonModel(respond), reference(), SPACE, **{"method": "iterative-bayesian", "seed": 3, "alpha": 20, "stop": STOP, "workers": 1} | options)
+    return gc.calibrate(
+        gc.PythonModel(respond), reference(), SPACE, **{"method": "iterative-bayesian", "seed": 3, "alpha": 20, "stop": STOP, "workers": 1} | options
+    )

@@ -77,7 +77,10 @@ def test_words_give_the_wider_of_the_two_ranges():
     [
         (0.5, "lies in the 90 % interval (0.42 to 0.58) and among the values that fit about as well"),
         (0.41, "lies outside the 90 % interval (0.42 to 0.58), but among the values that fit about as well"),
-        (0.3, "lies outside the 90 % interval (0.42 to 0.58) and the values that fit about as well: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right"),
+        (
+            0.3,
+            "lies outside the 90 % interval (0.42 to 0.58) and the values that fit about as well: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right",
+        ),
     ],
 )
 def test_it_is_said_whether_the_ranges_cover_a_known_truth(truth, said):
@@ -87,7 +90,10 @@ def test_it_is_said_whether_the_ranges_cover_a_known_truth(truth, said):
 def test_a_handful_of_samples_outlines_no_range():
     values = spread_evenly(0.41, 0.59)
     few = found(values, close=(0.35, 0.62), truth=0.38, count=9)
-    assert few.sentences()[0] == "η_{m} is narrowed: 0.42 to 0.58 hold 90 % of the weight, and the few samples that fit about as well lie from 0.35 to 0.62; the weighted samples are at 0.500 ± 0.052."
+    assert (
+        few.sentences()[0]
+        == "η_{m} is narrowed: 0.42 to 0.58 hold 90 % of the weight, and the few samples that fit about as well lie from 0.35 to 0.62; the weighted samples are at 0.500 ± 0.052."
+    )
     assert few.sentences()[1].startswith("The truth, 0.38, lies outside the 90 % interval (0.42 to 0.58): ")
     # What they are is known nonetheless: far apart, they leave the parameter open.
     assert found(values, close=(0.1, 0.9), count=3).verdict == "not identified"
@@ -110,7 +116,9 @@ def test_what_chance_may_narrow_as_far_is_uncertain():
     assert found(values, by_chance=0.31).verdict == "narrowed"
     finding = found(values, by_chance=0.29)
     assert finding.verdict == "uncertain"
-    assert finding.sentences() == ("η_{m} is uncertain: 0.40 to 0.70 at least fit about as well. The weighted samples are at 0.550 ± 0.087, but those of a parameter without any effect may lie as close together.",)
+    assert finding.sentences() == (
+        "η_{m} is uncertain: 0.40 to 0.70 at least fit about as well. The weighted samples are at 0.550 ± 0.087, but those of a parameter without any effect may lie as close together.",
+    )
 
 
 def filtered(seed, iterations=4):

@@ -77,7 +77,17 @@ def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(resu
     text = "".join(page.text)
     assert page.headings[0].startswith("The answer's responses are ") and "The answer and its 90 % interval" in page.headings
     assert page.headings[-8:] == ["What was found", "Parameters", "Pairs", "Fabric", "Where the runs went", "Evidence", "Method", "Provenance"]
-    for words in ("φ, so far: ", "cannot be said yet", "Runs that fit about as well: ", "runs that fit", "The truth, 30 deg, lies in the interval.", "Run 3 times again, it is", "give the same curve: the model does not scatter", "log p(reference) =", "Hartmann, Cheng and Thornton (2022)"):
+    for words in (
+        "φ, so far: ",
+        "cannot be said yet",
+        "Runs that fit about as well: ",
+        "runs that fit",
+        "The truth, 30 deg, lies in the interval.",
+        "Run 3 times again, it is",
+        "give the same curve: the model does not scatter",
+        "log p(reference) =",
+        "Hartmann, Cheng and Thornton (2022)",
+    ):
         assert words in text, words
     assert not any(words in text for words in ("εGL", "covariance coefficient", "optimal", "percentage points above the smallest", "most probable sample"))
     assert page.loaded == []
@@ -97,13 +107,21 @@ def test_the_first_screen_has_the_state_the_answer_and_what_informs_it(result, e
 
 def test_a_logarithm_of_a_stiffness_has_the_stiffness_beside_it():
     space = gc.ParameterSpace({"log_E": (7, 11)}, units={"log_E": "log10 Pa"})
-    found = gc.calibrate(gc.PythonModel(lambda theta: {"stress_ratio": theta[0] * soil.STRAIN}), gc.Reference(soil.STRAIN, {"stress_ratio": 8.5 * soil.STRAIN}), space, **{"method": "iterative-bayesian", "alpha": 20, "stop": soil.STOP, "workers": 1})
+    found = gc.calibrate(
+        gc.PythonModel(lambda theta: {"stress_ratio": theta[0] * soil.STRAIN}),
+        gc.Reference(soil.STRAIN, {"stress_ratio": 8.5 * soil.STRAIN}),
+        space,
+        **{"method": "iterative-bayesian", "alpha": 20, "stop": soil.STOP, "workers": 1},
+    )
     logarithm, stiffness = first_screen.of_answer(found, None).rows
     assert stiffness[0] == "E [GPa]"
     low, high = ([float(end) for end in row[2].split(" to ")] for row in (logarithm, stiffness))
     np.testing.assert_allclose(np.log10(high) + 9, low, atol=0.02)
     # As in a notebook.
-    assert [each.split()[0] for each in repr(found.summary()).splitlines()[2:]] == ["log", "E"] and "<td>GPa</td><td>0.01 to 100</td>" in found.summary()._repr_html_()
+    assert [each.split()[0] for each in repr(found.summary()).splitlines()[2:]] == [
+        "log",
+        "E",
+    ] and "<td>GPa</td><td>0.01 to 100</td>" in found.summary()._repr_html_()
 
 
 def test_the_command_that_goes_on_is_said_where_a_limit_ended_it(result, tmp_path):
@@ -188,7 +206,12 @@ def test_it_says_how_large_each_term_of_the_errors_was_taken(result, emulated):
     likelihood = replace(emulated.emulation.likelihoods[0], **hypotheses_of(known, emulated))
     (allowed,) = error_terms.error_terms(Emulated(off, replace(emulated.emulation, likelihoods=(likelihood,))))
     assert 0.01 <= allowed.discrepancy <= 0.04 and allowed.residual > 3
-    assert list(allowed.deviations) == ["measurement", "what the model cannot reproduce", "what the emulator's components leave out", "all together, as the curve makes them"]
+    assert list(allowed.deviations) == [
+        "measurement",
+        "what the model cannot reproduce",
+        "what the emulator's components leave out",
+        "all together, as the curve makes them",
+    ]
     assert len(error_terms.table(emulated, [allowed]).rows) == 4
 
 

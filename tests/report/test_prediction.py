@@ -118,7 +118,9 @@ def test_a_precision_that_is_not_the_default_is_named(result):
     experiment = result.experiments[0]
     assert "--precision" not in simulate_command(experiment.model, as_samples(result, result.most_probable, experiment), experiment.reference)
     single = replace(experiment.model, precision="float64")
-    assert " --density-scaling 100000 --precision float64 " in simulate_command(single, as_samples(result, result.most_probable, experiment), experiment.reference)
+    assert " --density-scaling 100000 --precision float64 " in simulate_command(
+        single, as_samples(result, result.most_probable, experiment), experiment.reference
+    )
 
 
 def test_lines_for_other_programs_stand_line_by_line(result, tmp_path):

@@ -27,7 +27,12 @@ def respond(theta):
 @pytest.fixture(scope="module", params=METHODS)
 def result(request):
     curves = soil.respond(soil.TRUTH)
-    reference = gc.Reference(soil.STRAIN, {"stress_ratio": curves["stress_ratio"]}, measurement_errors={"stress_ratio": 0.03}, recorded={"volumetric_strain": curves["volumetric_strain"]})
+    reference = gc.Reference(
+        soil.STRAIN,
+        {"stress_ratio": curves["stress_ratio"]},
+        measurement_errors={"stress_ratio": 0.03},
+        recorded={"volumetric_strain": curves["volumetric_strain"]},
+    )
     return gc.calibrate(gc.PythonModel(respond), reference, soil.SPACE, method=request.param, seed=3, workers=1, **METHODS[request.param])
 
 

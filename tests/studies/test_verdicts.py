@@ -5,7 +5,19 @@ import pytest
 
 from graincal.studies import monte_carlo, particles, range_alpha
 from graincal.studies.hartmann2022 import STUDIES
-from graincal.studies.judging import CANNOT_BE_TOLD, DOES_NOT_HOLD, HOLDS, Elsewhere, Judgement, Values, all_of, at_least, at_most, correlation_at_least, smaller
+from graincal.studies.judging import (
+    CANNOT_BE_TOLD,
+    DOES_NOT_HOLD,
+    HOLDS,
+    Elsewhere,
+    Judgement,
+    Values,
+    all_of,
+    at_least,
+    at_most,
+    correlation_at_least,
+    smaller,
+)
 from graincal.studies.settings import Setup
 from graincal.studies.study import Done
 from graincal.studies.trend import no_trend
@@ -63,7 +75,10 @@ def test_of_several_comparisons_one_that_does_not_hold_is_enough():
 
 
 def test_a_sentence_follows_from_the_numbers():
-    assert smaller(values(1.0, 1.2), Values("the other", (3.0, 3.5), 0.0)).reason == "ε is 1.10 % (2 seeds: 1.00 to 1.20), and the other is 3.25 % (2 seeds: 3.00 to 3.50)."
+    assert (
+        smaller(values(1.0, 1.2), Values("the other", (3.0, 3.5), 0.0)).reason
+        == "ε is 1.10 % (2 seeds: 1.00 to 1.20), and the other is 3.25 % (2 seeds: 3.00 to 3.50)."
+    )
     assert "runs at the same parameters differ by 1.0 %" in at_most(values(2.5, floor=1.0), 2.0).reason
     assert "is not known" in at_most(values(2.5, floor=np.nan), 2.0).reason
     one = smaller(values(1.0, elsewhere=Elsewhere(2.5, "mid, α = 10")), values(3.0, 3.2)).reason

@@ -16,10 +16,21 @@ class Browser:
         program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
         if program is None:
             pytest.skip("no Chromium is installed to open the page with")
-        command = [program, "--headless", "--no-sandbox", "--disable-gpu", "--no-proxy-server", "--remote-debugging-port=0", f"--user-data-dir={profile}", "about:blank"]
+        command = [
+            program,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-proxy-server",
+            "--remote-debugging-port=0",
+            f"--user-data-dir={profile}",
+            "about:blank",
+        ]
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self._number, self.said = 0, []
-        port, path = until(lambda: (profile / "DevToolsActivePort").is_file() and (profile / "DevToolsActivePort").read_text().split(), lambda found: len(found or ()) == 2)
+        port, path = until(
+            lambda: (profile / "DevToolsActivePort").is_file() and (profile / "DevToolsActivePort").read_text().split(), lambda found: len(found or ()) == 2
+        )
         self._socket = websocket.create_connection(f"ws://127.0.0.1:{port}{path}", suppress_origin=True, timeout=60)
         self._session = None
         target = self.call("Target.createTarget", url="about:blank")["targetId"]

@@ -52,7 +52,9 @@ def test_this_machine_may_be_named_with_any_port(host, page):
     assert page.ask("/", host=host).status == 200
 
 
-@pytest.mark.parametrize("host", ["", "example.org", "localhost.example.org", "127.0.0.1.example.org:80", "192.168.0.7", "[::2]", "localhost:80:80", "localhost@example.org", "::1"])
+@pytest.mark.parametrize(
+    "host", ["", "example.org", "localhost.example.org", "127.0.0.1.example.org:80", "192.168.0.7", "[::2]", "localhost:80:80", "localhost@example.org", "::1"]
+)
 def test_other_hosts_are_refused_even_with_the_token(host, page):
     assert page.ask(f"/?{page.token}", host=host).status == 403
     page.enter()
@@ -92,7 +94,11 @@ def test_no_script_of_the_page_stands_in_it_and_the_policy_refuses_such(page):
     assert policy["default-src"] == "'none'"
     assert policy["script-src"] == "'self'"
     assert not re.search(r"<script(?![^>]*\bsrc=)|\son[a-z]+=|javascript:", found.text)
-    assert (found.getheader("X-Content-Type-Options"), found.getheader("Referrer-Policy"), found.getheader("Cache-Control")) == ("nosniff", "no-referrer", "no-store")
+    assert (found.getheader("X-Content-Type-Options"), found.getheader("Referrer-Policy"), found.getheader("Cache-Control")) == (
+        "nosniff",
+        "no-referrer",
+        "no-store",
+    )
 
 
 def test_sixteen_streams_and_no_more(page):
@@ -176,7 +182,21 @@ def test_a_pipe_in_the_place_of_the_file_keeps_nobody_waiting(kept):
     assert page.ask("/printed/3/0").status == 404
 
 
-@pytest.mark.parametrize("path", ["/printed/3", "/printed/-3/0", "/printed/3/7", "/printed/..%2f..%2fetc/0", "/printed/3/0/../../log.txt", "/printed/%33/0", "/campaign.db", "/../campaign.db", "/log.txt", "//etc/passwd"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/printed/3",
+        "/printed/-3/0",
+        "/printed/3/7",
+        "/printed/..%2f..%2fetc/0",
+        "/printed/3/0/../../log.txt",
+        "/printed/%33/0",
+        "/campaign.db",
+        "/../campaign.db",
+        "/log.txt",
+        "//etc/passwd",
+    ],
+)
 def test_evaluations_are_named_by_their_numbers_and_nothing_by_its_path(path, kept):
     page, attempt = kept
     (attempt / "printed.txt").write_text("printed")

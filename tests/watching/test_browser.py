@@ -31,7 +31,12 @@ def browser(tmp_path):
 
 def test_the_page_grows_while_the_campaign_runs(browser, tmp_path):
     folder = tmp_path / "campaign"
-    run = threading.Thread(target=lambda: gc.calibrate(gc.PythonModel(_slow), soil.reference(), soil.SPACE, method="iterative-bayesian", seed=3, alpha=20, stop=soil.STOP, workers=1, folder=folder), daemon=True)
+    run = threading.Thread(
+        target=lambda: gc.calibrate(
+            gc.PythonModel(_slow), soil.reference(), soil.SPACE, method="iterative-bayesian", seed=3, alpha=20, stop=soil.STOP, workers=1, folder=folder
+        ),
+        daemon=True,
+    )
     run.start()
     until(lambda: holds_campaign(folder) and Store.open(folder).last_iteration() is not None, bool)
     page = Page(folder)

@@ -21,7 +21,27 @@ if TYPE_CHECKING:
     from graincal.campaign.stored.listener import Listener
     from graincal.campaign.stored.trouble import FolderError
 
-__all__ = ["Advice", "Answer", "Calibration", "Candidate", "CandidateTest", "Experiment", "FolderError", "Listener", "Prediction", "Record", "Remark", "Step", "advise", "begin", "calibrate", "compare", "explore", "predict", "resume"]
+__all__ = [
+    "Advice",
+    "Answer",
+    "Calibration",
+    "Candidate",
+    "CandidateTest",
+    "Experiment",
+    "FolderError",
+    "Listener",
+    "Prediction",
+    "Record",
+    "Remark",
+    "Step",
+    "advise",
+    "begin",
+    "calibrate",
+    "compare",
+    "explore",
+    "predict",
+    "resume",
+]
 
 __getattr__ = exported(
     __name__,

@@ -33,7 +33,15 @@ def draw_advice(advice: Advice, path: Path) -> None:
         offset = _SPREAD * ((k + 0.5) / len(names) - 0.5)
         shares, errors = ([float(values[k]) for values in each] for each in ([test.shares for test in tests], [test.share_errors for test in tests]))
         narrowing.errorbar(
-            shares, places + offset, xerr=errors, fmt=_MARKERS[k % len(_MARKERS)], color=distinct(k).colour, markersize=4, capsize=2, linewidth=1, label=to_mathtext(name.label)
+            shares,
+            places + offset,
+            xerr=errors,
+            fmt=_MARKERS[k % len(_MARKERS)],
+            color=distinct(k).colour,
+            markersize=4,
+            capsize=2,
+            linewidth=1,
+            label=to_mathtext(name.label),
         )
     narrowing.axvline(1.0, color=GREY, linewidth=0.8)
     narrowing.set(xlabel="standard deviation after the test / now [-]")

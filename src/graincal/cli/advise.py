@@ -18,8 +18,16 @@ if TYPE_CHECKING:
 
 def advise(
     folder: Folder,
-    test: Annotated[list[str] | None, typer.Option(help='A test to look at, as often as wanted: a kind, and behind it, if wanted, "extension", a confining pressure in Pa, and "to" the last strain or stress: "triaxial 1e6 to 0.1". Seven usual ones by default.', metavar="TEST")] = None,
-    tests: Annotated[Path | None, typer.Option(help="A calibration file whose experiments are tests to look at, too; their references may be missing.", metavar="FILE")] = None,
+    test: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='A test to look at, as often as wanted: a kind, and behind it, if wanted, "extension", a confining pressure in Pa, and "to" the last strain or stress: "triaxial 1e6 to 0.1". Seven usual ones by default.',
+            metavar="TEST",
+        ),
+    ] = None,
+    tests: Annotated[
+        Path | None, typer.Option(help="A calibration file whose experiments are tests to look at, too; their references may be missing.", metavar="FILE")
+    ] = None,
     samples: Annotated[int, typer.Option(help="Draws from the posterior, at which each test is run; 60 or more.")] = 100,
     workers: Workers = "all",
     seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 1,
@@ -96,10 +104,16 @@ def _say(advice: Advice) -> None:
         narrowed = [f"{numbers.value(sd, 2)} ({share:.0%})" for sd, share in zip(advice.expected_deviations(each), each.shares)]
         table.add_row(each.name, to_plain(numbers.estimate(each.information, each.information_error)), f"{len(each.failures)} of {each.runs}", *narrowed)
     console.print(table)
-    console.print("Each parameter: its standard deviation, now and as it may be expected after the test, in brackets as a part of that now. The gain is the expected information, ± its standard error.", soft_wrap=True)
+    console.print(
+        "Each parameter: its standard deviation, now and as it may be expected after the test, in brackets as a part of that now. The gain is the expected information, ± its standard error.",
+        soft_wrap=True,
+    )
     for one in advice.tests:
         if others := [other.name for first, other in advice.alike() if first is one]:
-            console.print(f"{one.name} cannot be told apart from {listed(others)}: {'their gains differ' if len(others) == 1 else 'its gain differs from theirs'} by less than two standard errors.", soft_wrap=True)
+            console.print(
+                f"{one.name} cannot be told apart from {listed(others)}: {'their gains differ' if len(others) == 1 else 'its gain differs from theirs'} by less than two standard errors.",
+                soft_wrap=True,
+            )
     for name, why in advice.not_judged.items():
         console.print(f"{name} was not judged: {why}", soft_wrap=True)
     for remark in advice.remarks:
@@ -114,11 +128,22 @@ def _write(advice: Advice, path: Path) -> None:
 
     names = [f"{name} [{unit}]" if unit else name for name, unit in zip(advice.space.names, advice.space.units)]
     head = ["test", "gain [nats]", "standard error [nats]", "runs", "failures"]
-    head += [column for name in names for column in (f"sd of {name}", f"sd of {name.partition(' [')[0]} over now", f"its standard error, {name.partition(' [')[0]}")]
+    head += [
+        column for name in names for column in (f"sd of {name}", f"sd of {name.partition(' [')[0]} over now", f"its standard error, {name.partition(' [')[0]}")
+    ]
     rows = [["now", "", "", "", "", *(cell for sd in advice.deviations for cell in (f"{sd:.6g}", "1", ""))]]
     for each in advice.tests:
         figures = zip(advice.expected_deviations(each), each.shares, each.share_errors)
-        rows.append([each.name, f"{each.information:.6g}", f"{each.information_error:.3g}", each.runs, len(each.failures), *(f"{value:.6g}" for figure in figures for value in figure)])
+        rows.append(
+            [
+                each.name,
+                f"{each.information:.6g}",
+                f"{each.information_error:.3g}",
+                each.runs,
+                len(each.failures),
+                *(f"{value:.6g}" for figure in figures for value in figure),
+            ]
+        )
     try:
         with path.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([head, *rows])

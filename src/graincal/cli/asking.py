@@ -104,10 +104,16 @@ class Asking:
     def _with(self, options: list[str]) -> dict[str, Any]:
         """The values of options with those that are typed. Raises typer.BadParameter and InputError for what the command refuses."""
         parsed = self.context.command.make_context(self.context.info_name, [str(self.context.params["file"]), *options], parent=self.context.parent)
-        typed = {name: value for name, value in parsed.params.items() if (source := parsed.get_parameter_source(name)) and source.name == "COMMANDLINE" and name != "file"}
+        typed = {
+            name: value
+            for name, value in parsed.params.items()
+            if (source := parsed.get_parameter_source(name)) and source.name == "COMMANDLINE" and name != "file"
+        }
         if not typed or (others := typed.keys() - self.given.keys()):
             known = ", ".join(f"--{name.replace('_', '-')}" for name in self.given)
-            raise InputError(f"{', '.join(f'--{name}' for name in sorted(others)).replace('_', '-') if typed else ' '.join(options)} answers nothing of the file, and one of {known} was expected.")
+            raise InputError(
+                f"{', '.join(f'--{name}' for name in sorted(others)).replace('_', '-') if typed else ' '.join(options)} answers nothing of the file, and one of {known} was expected."
+            )
         self.check(typed)
         return self.given | {name: _each_once(self.given[name], value) if name in REPEATED else value for name, value in typed.items()}
 

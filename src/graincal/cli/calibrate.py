@@ -16,7 +16,10 @@ def calibrate(
     workers: Workers = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
     max_evaluations: Annotated[str | None, typer.Option(help="Instead of the limit in the file: a number, or false for none.", metavar="N|false")] = None,
-    runs: Annotated[list[Path] | None, typer.Option(help="A campaign or a library of the same models to learn from, beside those in the file; may be repeated.", metavar="DIR")] = None,
+    runs: Annotated[
+        list[Path] | None,
+        typer.Option(help="A campaign or a library of the same models to learn from, beside those in the file; may be repeated.", metavar="DIR"),
+    ] = None,
     accept: Annotated[bool, typer.Option("--accept", help="Go on in spite of problems that graincal check finds; the report says so.")] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -34,7 +37,9 @@ def calibrate(
 
     calibration, problems = accepted(file, look_at(file, runs or (), quiet=quiet), accept=accept)
     if runs:
-        calibration = replace(calibration, source=f"# Begun with {' '.join(f'--runs {each}' for each in runs)}, beside what stands below.\n{calibration.source}")
+        calibration = replace(
+            calibration, source=f"# Begun with {' '.join(f'--runs {each}' for each in runs)}, beside what stands below.\n{calibration.source}"
+        )
     if workers is not None:
         calibration = replace(calibration, workers=parse_workers(workers))
     if seed is not None:

@@ -25,8 +25,17 @@ UNANSWERED = 2
 def check(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
     plot: Annotated[Path | None, typer.Option(help="Draw the references to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
-    run: Annotated[bool, typer.Option("--run", help="Where a model is a program: run the first sample, and draw what was read beside the reference, in FILE of --plot too. Without it no program is run.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="For programs: what was found, as one JSON document; no evaluation is run for it, but a packing may have to be prepared.")] = False,
+    run: Annotated[
+        bool,
+        typer.Option(
+            "--run",
+            help="Where a model is a program: run the first sample, and draw what was read beside the reference, in FILE of --plot too. Without it no program is run.",
+        ),
+    ] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="For programs: what was found, as one JSON document; no evaluation is run for it, but a packing may have to be prepared."),
+    ] = False,
 ) -> None:
     """Read a calibration file and all that it names, draw what was read, say what speaks against it and how long the calibration will take.
 
@@ -192,7 +201,9 @@ def _describe_model(experiment: Experiment) -> list[str]:
         lines.append(f"  command: {printable(shlex.join(model.command))}")
     elif isinstance(model, ByHandModel):
         derived = f", derived: {', '.join(model.derived)}" if model.derived else ""
-        lines.append(f"  runs are made by hand{derived}; a file of each holds {', '.join(model.returned) if model.returned else 'columns by the names of the quantities'}")
+        lines.append(
+            f"  runs are made by hand{derived}; a file of each holds {', '.join(model.returned) if model.returned else 'columns by the names of the quantities'}"
+        )
     else:
         lines.append(f"  model: {getattr(model, 'function', model)}")
     return lines
@@ -220,12 +231,17 @@ def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
         lines.append(f"about {duration(calibration.expected_seconds)} for an evaluation, as expected_seconds says{beside}")
     for expected in () if calibration.expected_seconds else expect(calibration):
         if expected.failure and expected.failure.kind == NOT_RUN and took:
-            return [*lines, f"The first sample took {duration(took)}. expected_seconds = {took:.2g} under [run] says so, where other samples take about as long: more runs then fill the ranges of a program that takes seconds."]
+            return [
+                *lines,
+                f"The first sample took {duration(took)}. expected_seconds = {took:.2g} under [run] says so, where other samples take about as long: more runs then fill the ranges of a program that takes seconds.",
+            ]
         if expected.failure and expected.failure.kind == NOT_RUN:
             return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}']
         if expected.failure:
             return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
-        lines.append(f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest')
+        lines.append(
+            f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest'
+        )
         seconds += max(expected.seconds / at_once, expected.longest)
         extra += expected.pilot
     shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
@@ -235,7 +251,9 @@ def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
         forecast = Forecast.of(samples, len(calibration.known) if calibration.known else 0, limits.evaluations)
         if any(filter.siblings):
             runs = SIBLINGS * PLACES
-            lines.append(f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes.")
+            lines.append(
+                f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes."
+            )
         known = f" beside the {len(calibration.known)} that are known" if calibration.known else ""
         most = forecast.at_most
         spent = duration(seconds * forecast.evaluations / samples)

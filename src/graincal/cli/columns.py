@@ -22,9 +22,17 @@ class Strain(str, Enum):
     logarithmic = "logarithmic"
 
 
-Column = Annotated[list[str] | None, typer.Option(help="A column, by number, letter or name, and its unit, such as axial_strain=2:% or deviator_stress=q:kPa. For each column again.", metavar="QUANTITY=COLUMN[:UNIT]")]
+Column = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="A column, by number, letter or name, and its unit, such as axial_strain=2:% or deviator_stress=q:kPa. For each column again.",
+        metavar="QUANTITY=COLUMN[:UNIT]",
+    ),
+]
 Measure = Annotated[Strain | None, typer.Option(help="The measure of its strains.")]
-Compression = Annotated[list[str] | None, typer.Option(help="The sign of compression in a column, such as volumetric_strain=negative.", metavar="QUANTITY=SIGN")]
+Compression = Annotated[
+    list[str] | None, typer.Option(help="The sign of compression in a column, such as volumetric_strain=negative.", metavar="QUANTITY=SIGN")
+]
 Stage = Annotated[str | None, typer.Option(help="The stage of a machine's file that is the shear, by its number or word.", metavar="NAME")]
 Rows = Annotated[str | None, typer.Option(help="The first and the last line of the file to be read, such as 38-53.", metavar="FIRST-LAST")]
 Sheet = Annotated[str | None, typer.Option(help="The sheet of a spreadsheet, or the group of AGS4 data.", metavar="NAME")]

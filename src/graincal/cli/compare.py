@@ -18,7 +18,13 @@ if TYPE_CHECKING:
 
 def compare(
     folders: Annotated[list[Path], typer.Argument(help="The folders of two campaigns or more, on the same references.", metavar="DIR...")],
-    against: Annotated[Path | None, typer.Option(help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, read as that of the experiment or by --column, or a calibration file that reads one.", metavar="FILE")] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            help="A test that none of them was calibrated against, to rank them by how they predict it: a laboratory file, read as that of the experiment or by --column, or a calibration file that reads one.",
+            metavar="FILE",
+        ),
+    ] = None,
     column: Column = None,
     strain: Measure = None,
     compression: Compression = None,
@@ -26,7 +32,12 @@ def compare(
     rows: Rows = None,
     sheet: Sheet = None,
     confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
-    experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used for that test; the first one by default.", metavar="NAME")] = None,
+    experiment: Annotated[
+        str | None,
+        typer.Option(
+            help="The experiment whose packing, settings and own values of parameters are used for that test; the first one by default.", metavar="NAME"
+        ),
+    ] = None,
     samples: Annotated[int, typer.Option(min=2, help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
     workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
@@ -60,7 +71,9 @@ def compare(
             if known := calibrated_against(result, reference):
                 raise InputError(f'{against}: a test that was held out was expected, and {name} was calibrated against this one ("{known}").')
             say_what_runs(result, samples, test, name)
-            prediction = predict(result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
+            prediction = predict(
+                result, test, reference.control, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name
+            )
             scores[name] = prediction.against(reference)
         say_how_it_was_read(against, reference)
         ranked = compare_campaigns(results, scores)
@@ -100,7 +113,9 @@ def _doubts(ranked: list[Contender]) -> list[str]:
     unsettled = [each.name for each in ranked if not each.settled]
     doubts = []
     if near:
-        doubts.append(f"By evidence {best.name} is not better than {' and '.join(near)} for all that is known: the difference is within what they may be off by.")
+        doubts.append(
+            f"By evidence {best.name} is not better than {' and '.join(near)} for all that is known: the difference is within what they may be off by."
+        )
     if unsettled:
         doubts.append(f"Not settled yet, so that evidences and predictions may move: {', '.join(unsettled)}.")
     return doubts

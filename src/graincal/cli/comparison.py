@@ -137,7 +137,9 @@ def _refuse_other_pressure(path: Path, test: Compared, asked: Mapping[str, Any])
     """Refuse a shear test whose file says in words that it was made at another effective confining pressure."""
     said = [value for value, effective in confining_pressures(read_table(path, encoding=asked.get("encoding"), sheet=asked.get("sheet")).remarks) if effective]
     if test.control in STRAINS and test.confining_pressure and len(said) == 1 and not np.isclose(said[0], test.confining_pressure, rtol=OTHER_PRESSURE):
-        raise InputError(f"{path}: a line above the table says an effective confining pressure of {said[0]:g} Pa, and the test is predicted at {test.confining_pressure:g} Pa: --confining-pressure gives that of the file.")
+        raise InputError(
+            f"{path}: a line above the table says an effective confining pressure of {said[0]:g} Pa, and the test is predicted at {test.confining_pressure:g} Pa: --confining-pressure gives that of the file."
+        )
 
 
 def settings_of(path: Path, test: Compared) -> dict[str, Any]:

@@ -29,8 +29,16 @@ class Format(str, Enum):
 
 def export(
     folder: Folder,
-    to: Annotated[Format, typer.Option(help="Tables as CSV, one JSON document, or the posterior as NetCDF for ArviZ; or the contact law at the answer, as lines for another DEM program.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER")] = None,
+    to: Annotated[
+        Format,
+        typer.Option(
+            help="Tables as CSV, one JSON document, or the posterior as NetCDF for ArviZ; or the contact law at the answer, as lines for another DEM program."
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A folder to write to, instead of export in the campaign's; nothing in it is overwritten.", metavar="FOLDER"),
+    ] = None,
 ) -> None:
     """Write samples, weights, errors and responses of the complete iterations for other programs, or the answer as the contact law of another DEM program."""
     from graincal.campaign.found.export import export_csv, export_json

@@ -61,7 +61,13 @@ def response_figure(response: Response, control: str, shown: Sequence[Panel], re
         style = {"color": "tab:blue", "label": "simulated"} | ({} if reference else {"marker": ".", "linewidth": 1.0})
         axes.plot(_to_print(over, columns[over]), _to_print(name, columns[name]), "-", **style)
         if reference:
-            axes.plot(_to_print(control, reference.control), _to_print(name, reference.measured[name]), "k.", markersize=3, label=f"reference{_not_fitted(name, reference)}")
+            axes.plot(
+                _to_print(control, reference.control),
+                _to_print(name, reference.measured[name]),
+                "k.",
+                markersize=3,
+                label=f"reference{_not_fitted(name, reference)}",
+            )
             axes.legend(frameon=False)
         if logarithmic:
             _scale_logarithmically(axes, columns[over])

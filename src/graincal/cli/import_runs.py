@@ -25,8 +25,16 @@ def grainlearning(
     folder: Annotated[Path, typer.Argument(help="GrainLearning's simulation data: the folder with iter0, iter1 and so on, or one of these.", metavar="FOLDER")],
     file: Annotated[Path, typer.Argument(help="The calibration file, of the model that made these runs.", metavar="calibration.toml")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The campaign's folder; it must hold none yet.", metavar="DIR")],
-    column: Annotated[list[str] | None, typer.Option(help="A column of the runs' files and its unit, such as axial_strain=e_z or stress_ratio=ratio. For each column again.", metavar="QUANTITY=COLUMN[:UNIT]")] = None,
-    parameter: Annotated[list[str] | None, typer.Option(help="A parameter in those of the runs, such as log_E=log10(E). For each parameter again.", metavar="NAME=EXPRESSION")] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A column of the runs' files and its unit, such as axial_strain=e_z or stress_ratio=ratio. For each column again.",
+            metavar="QUANTITY=COLUMN[:UNIT]",
+        ),
+    ] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option(help="A parameter in those of the runs, such as log_E=log10(E). For each parameter again.", metavar="NAME=EXPRESSION")
+    ] = None,
     accept: Annotated[bool, typer.Option("--accept", help="Go on in spite of problems that graincal check finds; the report says so.")] = False,
     quiet: Quiet = False,
 ) -> None:

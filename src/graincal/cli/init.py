@@ -45,12 +45,20 @@ def init(
     encoding: Annotated[str | None, typer.Option(help="How the text is encoded, such as cp1251.", metavar="NAME")] = None,
     sample_height: Annotated[float | None, typer.Option(min=0, help="Of the sample where a displacement is 0, in m.")] = None,
     sample_volume: Annotated[float | None, typer.Option(min=0, help="Of the sample where a change of volume is 0, in m3.")] = None,
-    packing: Annotated[Path | None, typer.Option(help="The packing file to simulate with; without, one is prepared when the calibration is first read.", metavar="FILE")] = None,
+    packing: Annotated[
+        Path | None, typer.Option(help="The packing file to simulate with; without, one is prepared when the calibration is first read.", metavar="FILE")
+    ] = None,
     void_ratio: Annotated[float | None, typer.Option(min=0, help="Of the packing that is prepared.")] = None,
-    relative_density: Annotated[float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")] = None,
-    grading: Annotated[str | None, typer.Option(help="Of the packing that is prepared: toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'.")] = None,
+    relative_density: Annotated[
+        float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
+    ] = None,
+    grading: Annotated[
+        str | None, typer.Option(help="Of the packing that is prepared: toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'.")
+    ] = None,
     particles: Annotated[int | None, typer.Option(min=2, help="Of the packing that is prepared; 1000 by default.")] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The calibration file to write; nothing is overwritten.", metavar="FILE")] = Path("calibration.toml"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="The calibration file to write; nothing is overwritten.", metavar="FILE")] = Path(
+        "calibration.toml"
+    ),
 ) -> None:
     """Look at a laboratory file, show what it proves, and write a calibration file to edit.
 
@@ -64,7 +72,19 @@ def init(
     from graincal.laboratory.table import read_table
 
     given = dict(
-        kind=kind, strain=strain, confining_pressure=confining_pressure, void_ratio=void_ratio, column=column, stress_unit=stress_unit, compression=compression, stage=stage, rows=rows, sheet=sheet, encoding=encoding, sample_height=sample_height, sample_volume=sample_volume
+        kind=kind,
+        strain=strain,
+        confining_pressure=confining_pressure,
+        void_ratio=void_ratio,
+        column=column,
+        stress_unit=stress_unit,
+        compression=compression,
+        stage=stage,
+        rows=rows,
+        sheet=sheet,
+        encoding=encoding,
+        sample_height=sample_height,
+        sample_volume=sample_volume,
     )
     _look_at_pressure(given)
     check_alone(packing, void_ratio, relative_density, grading, particles)
@@ -92,7 +112,11 @@ def init(
         say("\n".join(preparation.because))
     elif found.void_ratio is not None and (note := out_of_reach(found.void_ratio, preparation)):
         say(note)
-    asked = f'Answer the {len(found.questions)} question{"s" * (len(found.questions) > 1)} where it says "?"' if found.questions else "Read the lines that say CHECK"
+    asked = (
+        f'Answer the {len(found.questions)} question{"s" * (len(found.questions) > 1)} where it says "?"'
+        if found.questions
+        else "Read the lines that say CHECK"
+    )
     say(f"\nWritten to {output}. {asked}, then: graincal check {output}")
 
 
@@ -100,7 +124,11 @@ def _say_columns(table: Table, refusal: NotUnderstood) -> None:
     """Why a file is not understood, and the columns that it has."""
     from graincal.laboratory.describe import describe_table, list_columns
 
-    say("\n".join([*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]))
+    say(
+        "\n".join(
+            [*describe_table(table), str(refusal), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]
+        )
+    )
 
 
 def _look(file: Path, given: dict[str, Any], has_void_ratio: bool) -> Understanding:
@@ -129,7 +157,9 @@ def asked_for_void_ratio(found: Understanding) -> Understanding:
 
     from graincal.laboratory import Question
 
-    question = Question("void_ratio", "The file does not say the void ratio before shearing: what is it?", (), "", "--void-ratio, --relative-density, or --packing FILE")
+    question = Question(
+        "void_ratio", "The file does not say the void ratio before shearing: what is it?", (), "", "--void-ratio, --relative-density, or --packing FILE"
+    )
     return replace(found, questions=(*found.questions, question))
 
 

@@ -48,7 +48,9 @@ def check_figure(path: Path) -> None:
     known = Figure().canvas.get_supported_filetypes()
     if path.suffix.lower().removeprefix(".") not in known:
         meant = did_you_mean(path.suffix, FIGURES) if path.suffix else ""
-        raise InputError(f"{path}: the suffix says what a figure is written as, and {', '.join(FIGURES)} or another that Matplotlib writes was expected{meant}.")
+        raise InputError(
+            f"{path}: the suffix says what a figure is written as, and {', '.join(FIGURES)} or another that Matplotlib writes was expected{meant}."
+        )
     check_file(path, "--plot")
 
 

@@ -17,7 +17,12 @@ def pack(
     particles: Annotated[int, typer.Option(min=2, help="How many spheres; what the grading needs at the least is said where they are too few.")],
     void_ratio: Annotated[float, typer.Option(help="Volume of voids over volume of solids, before the test's own compression.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The packing file to write; nothing is overwritten.", metavar="FILE")],
-    grading: Annotated[str, typer.Option(help="toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'. The built-in toyoura is enlarged to grains of 3.4 to 9.6 mm: only their ratios matter.")] = "toyoura",
+    grading: Annotated[
+        str,
+        typer.Option(
+            help="toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'. The built-in toyoura is enlarged to grains of 3.4 to 9.6 mm: only their ratios matter."
+        ),
+    ] = "toyoura",
     seed: Annotated[int, typer.Option(min=0, help="Another seed, another packing.")] = 1,
     quiet: Quiet = False,
 ) -> None:
@@ -40,6 +45,8 @@ def pack(
         diameters = 2e3 * packing.radii
         say(f"{packing.count} particles of {diameters.min():.3g} to {diameters.max():.3g} mm in a cell of {x:.4g} x {y:.4g} x {z:.4g} mm")
         if (enlarged := Grading.named(grading).enlarged) != 1:
-            say(f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back.")
+            say(
+                f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back."
+            )
         say(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
         say(f"Written to {output}.")

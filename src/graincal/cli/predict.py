@@ -31,9 +31,22 @@ FEW = 20
 def predict(
     folder: Folder,
     confining_pressure: Annotated[float | None, typer.Option(help="Of the predicted test, in Pa; that of the experiment by default.")] = None,
-    path: Annotated[str | None, typer.Option(help="The predicted stress path: triaxial, undrained, oedometric, constant-mean-stress; that of the experiment by default.", metavar="NAME")] = None,
-    experiment: Annotated[str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used; the first one by default.", metavar="NAME")] = None,
-    against: Annotated[Path | None, typer.Option(help="A test to compare with, which sets the axial strains: a laboratory file, read as that of the experiment or by --column, or a calibration file that reads one.", metavar="FILE")] = None,
+    path: Annotated[
+        str | None,
+        typer.Option(
+            help="The predicted stress path: triaxial, undrained, oedometric, constant-mean-stress; that of the experiment by default.", metavar="NAME"
+        ),
+    ] = None,
+    experiment: Annotated[
+        str | None, typer.Option(help="The experiment whose packing, settings and own values of parameters are used; the first one by default.", metavar="NAME")
+    ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            help="A test to compare with, which sets the axial strains: a laboratory file, read as that of the experiment or by --column, or a calibration file that reads one.",
+            metavar="FILE",
+        ),
+    ] = None,
     column: Column = None,
     strain: Measure = None,
     compression: Compression = None,
@@ -45,7 +58,12 @@ def predict(
     samples: Annotated[int, typer.Option(min=2, help="Simulations, each of parameters drawn from the posterior.")] = 30,
     workers: Workers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV; nothing is overwritten.", metavar="FILE")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV; nothing is overwritten.", metavar="FILE"
+        ),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -71,7 +89,11 @@ def predict(
     prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
     if output:
         _write(prediction, output)
-    shown = tuple(reference.measured) if reference is not None else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
+    shown = (
+        tuple(reference.measured)
+        if reference is not None
+        else tuple(dict.fromkeys(name for name in ("stress_ratio", "volumetric_strain", *(p.column for p in test.shown)) if name in prediction.values))
+    )
     abscissa = test.abscissa(prediction.control)
     shown = tuple(name for name in shown if name != abscissa.name)
     if plot:
@@ -136,7 +158,9 @@ def chosen_experiment(result: Result, name: str | None) -> Experiment:
 
     built_in = [each for each in result.experiments if isinstance(each.model, StressPathTest)]
     if not built_in:
-        raise InputError("the campaign has no experiment with a built-in test, and models of one's own are predicted with from Python: graincal.predict(result, model, at).")
+        raise InputError(
+            "the campaign has no experiment with a built-in test, and models of one's own are predicted with from Python: graincal.predict(result, model, at)."
+        )
     if name is None:
         return built_in[0]
     found = [each for each in built_in if each.name == name]
@@ -172,7 +196,9 @@ def _refuse_other_way(experiment: Experiment, confining_pressure: float | None) 
     if confining_pressure is None or not turns or (way := first_way(before, turns)) * (turns[0] - confining_pressure) > 0:
         return
     beyond = "below" if way > 0 else "above"
-    raise InputError(f'--confining-pressure: {beyond} {turns[0]:g} Pa was expected, to which the path of "{experiment.name}" goes first, before it turns around, and not {confining_pressure:g} Pa.')
+    raise InputError(
+        f'--confining-pressure: {beyond} {turns[0]:g} Pa was expected, to which the path of "{experiment.name}" goes first, before it turns around, and not {confining_pressure:g} Pa.'
+    )
 
 
 def _same_rows(experiment: Experiment, test: StressPathTest) -> NDArray[np.float64]:
@@ -234,5 +260,7 @@ def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ..
             f"Against the test: the {found.probability:.0%} band, measurement errors included, holds {covered}; log score {found.log_score:.2f} a value; "
             f"the mean's error is {found.error:.2f} %."
         )
-        lines += [f"Not fitted: the mean's error in {name} is {curve_error(prediction.mean(name), values):.2f} %." for name, values in reference.recorded.items()]
+        lines += [
+            f"Not fitted: the mean's error in {name} is {curve_error(prediction.mean(name), values):.2f} %." for name, values in reference.recorded.items()
+        ]
     return lines

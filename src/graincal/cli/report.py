@@ -13,8 +13,16 @@ from graincal.cli.saying import say
 
 def report(
     folder: Folder,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Instead of report.html in the folder; nothing else is overwritten.", metavar="FILE")] = None,
-    figures: Annotated[list[str] | None, typer.Option(help="Write its figures too, into DIR/figures, in this format: png, pdf, svg; may be repeated. Those of an earlier report are replaced.", metavar="FORMAT")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Instead of report.html in the folder; nothing else is overwritten.", metavar="FILE")
+    ] = None,
+    figures: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Write its figures too, into DIR/figures, in this format: png, pdf, svg; may be repeated. Those of an earlier report are replaced.",
+            metavar="FORMAT",
+        ),
+    ] = None,
     prediction: Annotated[bool, typer.Option("--prediction/--no-prediction", help="Simulate the most probable sample at twice the confining pressure.")] = True,
 ) -> None:
     """Write the report of a campaign's complete iterations: one HTML file."""

@@ -18,12 +18,16 @@ def reproduce(
     publication: Annotated[str, typer.Argument(help="hartmann2022: Hartmann, Cheng, Thornton (2022), Computers and Geotechnics 141.", metavar="PUBLICATION")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The folder for all that is run, the tables, the figures and the page.", metavar="DIR")],
     study: Annotated[list[str] | None, typer.Option(help="One of the studies, by its name; may be repeated. All of them by default.", metavar="NAME")] = None,
-    data: Annotated[Path, typer.Option(help="The folder of packings and measured curves, packing_2000.csv, synthetic_reference.csv, ...", metavar="DIR")] = Path(),
+    data: Annotated[
+        Path, typer.Option(help="The folder of packings and measured curves, packing_2000.csv, synthetic_reference.csv, ...", metavar="DIR")
+    ] = Path(),
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of calibrations in studies that take at most an hour a seed.", metavar="N")] = 3,
     seeds_of_long: Annotated[int, typer.Option("--seeds-of-long", min=1, help="Seeds of calibrations in the other studies.", metavar="N")] = 1,
     workers: Workers = None,
     large: Annotated[bool, typer.Option("--large", help="Run the packing of 27,000 particles too, which takes half a day.")] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="A rehearsal on a packing of 200 spheres, with few samples: minutes, and no number that compares with the paper's.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A rehearsal on a packing of 200 spheres, with few samples: minutes, and no number that compares with the paper's.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Repeat the studies of a publication, and show the results beside the printed ones.
@@ -42,7 +46,9 @@ def reproduce(
     from graincal.suggestion import did_you_mean
 
     if publication not in PUBLICATIONS:
-        raise InputError(f"{publication} is not among the publications that can be repeated, {', '.join(PUBLICATIONS)}{did_you_mean(publication, PUBLICATIONS)}.")
+        raise InputError(
+            f"{publication} is not among the publications that can be repeated, {', '.join(PUBLICATIONS)}{did_you_mean(publication, PUBLICATIONS)}."
+        )
     for name in study or ():
         if name not in STUDIES:
             raise InputError(f"--study {name} is none of the studies{did_you_mean(name, tuple(STUDIES))}; expected some of {', '.join(STUDIES)}.")

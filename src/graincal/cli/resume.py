@@ -41,6 +41,8 @@ def resume(
     chosen = None if workers is None else parse_workers(workers)
     if is_library(folder):
         if criteria:
-            raise InputError(f"{folder}: this is a library of runs, which has no criteria of stopping, and --{next(iter(criteria)).replace('_', '-')} was given.")
+            raise InputError(
+                f"{folder}: this is a library of runs, which has no criteria of stopping, and --{next(iter(criteria)).replace('_', '-')} was given."
+            )
         return fill_and_say(folder, lambda listeners: go_on_filling(folder, workers=chosen, listeners=listeners, trust=trust), quiet=quiet)
     run_and_report(folder, lambda listeners: campaign.resume(folder, workers=chosen, listeners=listeners, trust=trust, **criteria), quiet=quiet)

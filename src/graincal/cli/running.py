@@ -133,9 +133,15 @@ def show(result: Result, folder: Path, console: Console) -> None:
     elif result.posterior:
         close = close_fits(result.iterations)
         console.print(_table(result, close))
-        told = "Values that fit about as well:" if close.enough else f"The interval holds 90 % of the weight; only {numbers.count(close.count, 'sample')} fit about as well, too few to outline a range:"
+        told = (
+            "Values that fit about as well:"
+            if close.enough
+            else f"The interval holds 90 % of the weight; only {numbers.count(close.count, 'sample')} fit about as well, too few to outline a range:"
+        )
         console.print(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
-        console.print("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True)
+        console.print(
+            "± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True
+        )
         console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
         if said := in_words(recorded_of_answer(result)):
             console.print(to_plain(said), soft_wrap=True)
@@ -156,7 +162,9 @@ def _table(result: Result, close: CloseFits) -> Table:
     if result.best.sample != result.most_probable.sample:
         points["best"] = result.best.theta
     low, high = (close.low, close.high) if close.enough else result.posterior.interval(0.9)
-    table = Table("parameter", *points, "fit about as well" if close.enough else "90 % interval", "mean ± sd", box=None, header_style="bold", padding=(0, 2, 0, 0))
+    table = Table(
+        "parameter", *points, "fit about as well" if close.enough else "90 % interval", "mean ± sd", box=None, header_style="bold", padding=(0, 2, 0, 0)
+    )
 
     def add(title: str, values: Iterable[float], ends: tuple[float, float], moments: str) -> None:
         table.add_row(title, *("-" if math.isnan(value) else f"{value:.4g}" for value in values), to_plain(numbers.between(*ends)), moments)

@@ -37,19 +37,36 @@ class Simulation:
     packing: Annotated[Path, typer.Option(help="A packing file: x,y,z,radius in metres.", metavar="FILE")]
     parameters: Annotated[list[str], typer.Option("-p", help="log_E, nu, phi (deg), beta_m, eta_m: each once.", metavar="NAME=VALUE")]
     law: Annotated[str, typer.Option(help=f"The contact law: {' or '.join(LAWS)}.", metavar="NAME")] = StressPathTest.law
-    rest_every: Annotated[float | None, typer.Option(help="The strain from one state at rest to the next; rows between them are interpolated.", show_default="0.004")] = None
+    rest_every: Annotated[
+        float | None, typer.Option(help="The strain from one state at rest to the next; rows between them are interpolated.", show_default="0.004")
+    ] = None
     accuracy: Annotated[str, typer.Option(help="standard; or reference, step by step as YADE, nearly twice as long.", metavar="NAME")] = Economy.accuracy
-    inertial_number: Annotated[float | None, typer.Option(help="Of axial loading, from which the grains' density follows.", show_default=f"{INERTIAL_NUMBER:g}")] = None
+    inertial_number: Annotated[
+        float | None, typer.Option(help="Of axial loading, from which the grains' density follows.", show_default=f"{INERTIAL_NUMBER:g}")
+    ] = None
     density_scaling: Annotated[float | None, typer.Option(help="Factor on the grains' density, instead of the inertial number.")] = None
-    time_step_bound: Annotated[str | None, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME", show_default="by accuracy")] = None
-    mass_exponent: Annotated[float | None, typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.", show_default="by accuracy")] = None
+    time_step_bound: Annotated[
+        str | None, typer.Option(help="grain: as YADE; contact: closer to the true limit, so larger steps.", metavar="NAME", show_default="by accuracy")
+    ] = None
+    mass_exponent: Annotated[
+        float | None,
+        typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.", show_default="by accuracy"),
+    ] = None
     precision: Annotated[str | None, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME", show_default="by accuracy")] = None
     inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = Economy.inertia_factor
     settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = Economy.settling_damping
     strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = Economy.strain_ramp
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot. Nothing is overwritten.", metavar="FILE")] = None
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The curve as CSV; printed if there is neither -o nor --plot. Nothing is overwritten.", metavar="FILE")
+    ] = None
     plot: Annotated[Path | None, typer.Option(help="Draw the curve to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None
-    vtk: Annotated[Path | None, typer.Option(help="Write the particles and contacts at the start and at each state at rest, for ParaView, to this folder; it runs the test once more.", metavar="FOLDER")] = None
+    vtk: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the particles and contacts at the start and at each state at rest, for ParaView, to this folder; it runs the test once more.",
+            metavar="FOLDER",
+        ),
+    ] = None
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors and the curve.")] = False
 
     def run(self, kind: str, at: ArrayLike, reference: Reference | None = None, **options: Any) -> None:
@@ -124,8 +141,7 @@ def _options(function: Callable[..., Any]) -> list[inspect.Parameter]:
     """A function's or dataclass' arguments, their annotations resolved."""
     hints = get_type_hints(function, include_extras=True)
     return [
-        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name])
-        for name, parameter in inspect.signature(function).parameters.items()
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[name]) for name, parameter in inspect.signature(function).parameters.items()
     ]
 
 
@@ -133,9 +149,17 @@ def _options(function: Callable[..., Any]) -> list[inspect.Parameter]:
 def triaxial(
     simulation: Simulation,
     confining_pressure: ConfiningPressure,
-    axial_strain: Annotated[float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.", show_default="0.2")] = None,
+    axial_strain: Annotated[
+        float | None, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.", show_default="0.2")
+    ] = None,
     increment: Annotated[float | None, typer.Option(help="The axial strain between the rows of the curve.", show_default="0.004")] = None,
-    at: Annotated[Path | None, typer.Option(help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), whose rows alone are read, or a laboratory file, by its own column names or by --column.", metavar="FILE")] = None,
+    at: Annotated[
+        Path | None,
+        typer.Option(
+            help="The rows of this reference instead, and say how far from it the curve is: a calibration file (.toml), whose rows alone are read, or a laboratory file, by its own column names or by --column.",
+            metavar="FILE",
+        ),
+    ] = None,
     column: Column = None,
     strain: Measure = None,
     compression: Compression = None,
@@ -158,9 +182,7 @@ def triaxial(
 
 
 @_path("--confining-pressure 0.5e6 --axial-strain 0.10")
-def constant_mean_stress(
-    simulation: Simulation, confining_pressure: ConfiningPressure, axial_strain: AxialStrain = 0.20, increment: Increment = 0.004
-) -> None:
+def constant_mean_stress(simulation: Simulation, confining_pressure: ConfiningPressure, axial_strain: AxialStrain = 0.20, increment: Increment = 0.004) -> None:
     """A triaxial test at constant mean stress: the lateral stresses make up for the axial one."""
     simulation.run("constant-mean-stress", axial_strains(axial_strain, increment), confining_pressure=confining_pressure)
 
@@ -202,7 +224,9 @@ def isotropic(
 def table(
     simulation: Simulation,
     table: Annotated[Path, typer.Option(help="A row for each stage, CSV: stress_x or strain_x, rate_x, ... and record.", metavar="FILE")],
-    confining_pressure: Annotated[float | None, typer.Option(help="Of an isotropic consolidation before the table's first row, in Pa; none without it.")] = None,
+    confining_pressure: Annotated[
+        float | None, typer.Option(help="Of an isotropic consolidation before the table's first row, in Pa; none without it.")
+    ] = None,
 ) -> None:
     """A stress path of your own: a table with a stress or a strain of each axis for each stage."""
     from graincal import StressPathTable
@@ -253,7 +277,9 @@ def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Pat
 def _describe(curve: Response, reference: Reference | None) -> list[str]:
     from graincal.notation.text import duration
 
-    lines = [f"{len(curve.control)} rows from {curve.details['states']:.0f} states at rest, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"]
+    lines = [
+        f"{len(curve.control)} rows from {curve.details['states']:.0f} states at rest, {curve.details['steps']:,.0f} steps, {duration(curve.details['seconds'])}"
+    ]
     if flagged := int(curve.details["flagged"]):
         lines.append(f"Warning: {flagged} of {curve.details['states']:.0f} states were not at rest within their step limit (column flagged).")
     if reference is not None:

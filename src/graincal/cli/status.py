@@ -51,7 +51,9 @@ def _lines(status: dict[str, Any]) -> list[str]:
     round_ = round_of(status["method"])
     if status["state"] != "finished" and (current := status["iteration"]):
         left = f", about {duration(status['seconds_left'])} left in it" if status["seconds_left"] else ""
-        lines.append(f"{round_} {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{_stopped(current['stopped'])}{left}")
+        lines.append(
+            f"{round_} {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{_stopped(current['stopped'])}{left}"
+        )
     if status["iterations"]:
         last = status["iterations"][-1]
         of_paper = {"s": "s", "ESS": "effective_sample_size", "ε_GL": "gl_error", "ε": "error"}
@@ -74,7 +76,9 @@ def _lines(status: dict[str, Any]) -> list[str]:
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
     elif status["state"] == "waiting":
-        lines += [f"{status['by_hand']} runs wait to be made by hand: graincal ask {status['folder']} prints which, and graincal tell {status['folder']} FOLDER takes what they give"]
+        lines += [
+            f"{status['by_hand']} runs wait to be made by hand: graincal ask {status['folder']} prints which, and graincal tell {status['folder']} FOLDER takes what they give"
+        ]
     elif status["state"] == "interrupted":
         lines.append(f"go on with: graincal resume {status['folder']}")
     return lines

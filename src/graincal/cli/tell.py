@@ -14,7 +14,12 @@ from graincal.data import InputError
 
 def tell(
     folder: Folder,
-    told: Annotated[Path, typer.Argument(help="The folder with <id>.csv or <id>.failed of each run; with several experiments, within a folder of each one's name.", metavar="FOLDER")],
+    told: Annotated[
+        Path,
+        typer.Argument(
+            help="The folder with <id>.csv or <id>.failed of each run; with several experiments, within a folder of each one's name.", metavar="FOLDER"
+        ),
+    ],
     quiet: Quiet = False,
 ) -> None:
     """Take what runs gave that were made by hand, all of them or some. With the last of a batch the campaign goes on, to the next batch or to its end.
@@ -32,7 +37,9 @@ def tell(
     for sentence in found.refused:
         say(sentence, err=True)
     if not quiet:
-        say(f"{_counted(found.kept)} kept{f', {found.known} told before' if found.known else ''}{f', {len(found.refused)} refused' if found.refused else ''}; {_counted(found.left, 'run')} still to be made.")
+        say(
+            f"{_counted(found.kept)} kept{f', {found.known} told before' if found.known else ''}{f', {len(found.refused)} refused' if found.refused else ''}; {_counted(found.left, 'run')} still to be made."
+        )
     if not quiet and not (found.kept or found.known or found.not_needed or found.refused):
         say(f"{told}: no file <id>.csv or <id>.failed was found in it.")
     if found.whole and is_library(folder):

@@ -109,6 +109,9 @@ _KNOWN = {
     # Toyoura sand, Hartmann, Cheng, Thornton (2022), enlarged as their packing of 1000 particles is: only ratios of sizes matter to the contact law. Half of
     # the mass passes 6.3 mm here, and about 0.2 mm in the sand.
     "toyoura": Grading(
-        np.array([5.75, 6.85, 8.16, 9.69, 11.50, 13.69, 16.26]) / 1.685 * 1e-3, np.array([1.3, 2.1, 5.8, 17.4, 81.1, 92.7, 100.0]), name="toyoura", enlarged=30.0
+        np.array([5.75, 6.85, 8.16, 9.69, 11.50, 13.69, 16.26]) / 1.685 * 1e-3,
+        np.array([1.3, 2.1, 5.8, 17.4, 81.1, 92.7, 100.0]),
+        name="toyoura",
+        enlarged=30.0,
     ),
 }

@@ -80,7 +80,9 @@ class Packing:
                 wrong = int(np.argmin(possible))
                 raise InputError(f"{self.name}: {what} {wrong + 1} is {given[wrong]:.3g} m, and a length from 1e-9 to 1e9 m was expected.")
         if lengths.min() < 5 * radii.max():
-            raise InputError(f"{self.name}: the cell is only {lengths.min():.3g} m wide, and must be at least 2.5 times the largest diameter of {2 * radii.max():.3g} m.")
+            raise InputError(
+                f"{self.name}: the cell is only {lengths.min():.3g} m wide, and must be at least 2.5 times the largest diameter of {2 * radii.max():.3g} m."
+            )
 
     def _wrapped(self, positions: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -89,7 +91,9 @@ class Packing:
         if not np.all(near):
             wrong = int(np.argmin(near))
             centre = ", ".join(f"{coordinate:.3g}" for coordinate in positions[wrong])
-            raise InputError(f"{self.name}: the centre of particle {wrong + 1} at {centre} m is more than a million cells away, and coordinates in metres in or near the cell were expected.")
+            raise InputError(
+                f"{self.name}: the centre of particle {wrong + 1} at {centre} m is more than a million cells away, and coordinates in metres in or near the cell were expected."
+            )
         outside = np.any((fractional < 0) | (fractional >= 1), axis=1)
         return np.where(outside[:, None], (fractional - np.floor(fractional)) @ edges.T, positions)
 
@@ -98,7 +102,9 @@ class Packing:
         _, first, copies = np.unique(self.positions, axis=0, return_index=True, return_counts=True)
         if np.any(copies > 1):
             same = np.flatnonzero(np.all(self.positions == self.positions[first[np.argmax(copies > 1)]], axis=1)) + 1
-            raise InputError(f"{self.name}: particles {same[0]} and {same[1]} overlap completely, and at most {LARGEST_OVERLAP:.0%} of the smaller radius is allowed.")
+            raise InputError(
+                f"{self.name}: particles {same[0]} and {same[1]} overlap completely, and at most {LARGEST_OVERLAP:.0%} of the smaller radius is allowed."
+            )
         # The engine's own neighbour search; one force pass on springs of any stiffness tells who touches.
         probe = self._simulation(_native.LinearLaw(1.0, 0.0, 0.0, 0.0, 0.0), density=1.0)
         probe.run_prescribed(1, np.zeros((3, 3)), 1e-12, 0.0)
@@ -108,7 +114,9 @@ class Packing:
         if shares.size and shares.max() > LARGEST_OVERLAP:
             worst = int(np.argmax(shares))
             first, second = contacts["first"][worst] + 1, contacts["second"][worst] + 1
-            raise InputError(f"{self.name}: particles {first} and {second} overlap by {shares[worst]:.1%} of the smaller radius, and at most {LARGEST_OVERLAP:.0%} is allowed.")
+            raise InputError(
+                f"{self.name}: particles {first} and {second} overlap by {shares[worst]:.1%} of the smaller radius, and at most {LARGEST_OVERLAP:.0%} is allowed."
+            )
 
     def _simulation(self, law: _native.LinearLaw, density: float) -> _native.Simulation:
         return _native.Simulation(self.positions, self.radii, self.edges, law, density)
@@ -155,7 +163,9 @@ class Packing:
         for name, numbers in cells:
             # A matrix, or the upper triangle of one; other numbers after three lengths are said of something else.
             if len(numbers) in (6, 9):
-                raise InputError(f"{path}: the comment '{name}:' gives {len(numbers)} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected.")
+                raise InputError(
+                    f"{path}: the comment '{name}:' gives {len(numbers)} numbers, and the three lengths Lx Ly Lz of a cell with edges along x, y and z were expected."
+                )
         if not lengths:
             raise InputError(f"{path}: a comment line with 'cell lengths: Lx Ly Lz' in metres is needed before the particles.")
         if not all(length > 0 for length in map(float, lengths)):

@@ -118,7 +118,9 @@ def prepare(particles: int, void_ratio: float, grading: str | Path | Grading | G
     try:
         packing = _prepare(particles, void_ratio, grading, seed)
     except RuntimeError as error:
-        raise InputError(f"no packing of {particles} particles of grading {grading.name} could be prepared with seed {seed}: {error}; more particles or another seed may do.") from error
+        raise InputError(
+            f"no packing of {particles} particles of grading {grading.name} could be prepared with seed {seed}: {error}; more particles or another seed may do."
+        ) from error
     try:
         write_whole(packing, cached, comment(void_ratio, grading.name, seed))
     except OSError as error:

@@ -32,10 +32,20 @@ def write_contacts(path: Path, begins: NDArray[np.float64], ends: NDArray[np.flo
 def write_series(path: Path, names: Sequence[str], times: Sequence[float]) -> None:
     """A .pvd file that names files beside it, each with its time: here, whatever the series runs along."""
     sets = "".join(f'<DataSet timestep="{time!r}" part="0" file={quoteattr(name)}/>\n' for name, time in zip(names, times, strict=True))
-    path.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n{sets}</Collection>\n</VTKFile>\n', encoding="utf-8")
+    path.write_text(
+        f'<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">\n<Collection>\n{sets}</Collection>\n</VTKFile>\n',
+        encoding="utf-8",
+    )
 
 
-def _write_polydata(path: Path, points: NDArray[np.float64], kind: str, cells: Mapping[str, NDArray[np.int64]], of_points: Mapping[str, NDArray], of_cells: Mapping[str, NDArray]) -> None:
+def _write_polydata(
+    path: Path,
+    points: NDArray[np.float64],
+    kind: str,
+    cells: Mapping[str, NDArray[np.int64]],
+    of_points: Mapping[str, NDArray],
+    of_cells: Mapping[str, NDArray],
+) -> None:
     count = len(cells["offsets"])
     parts = [
         f"<Points>\n{_array('points', points)}</Points>\n",

@@ -23,7 +23,11 @@ def in_sight(panels: Sequence[Panel]) -> tuple[tuple[Panel, ...], str]:
     """The panels, without noise and with axes cut where curves go far beyond the measured points (`Points`), and a sentence that says which were cut; empty for none."""
     quiet = [_without_noise(panel) for panel in panels]
     shown = [_cut(panel) for panel in quiet]
-    cut = [f"{panel.title or panel.y.label} (curves go from {' to '.join(value(end, 3) for end in _extent(panel.marks))})" for panel, limited in zip(quiet, shown) if limited is not panel]
+    cut = [
+        f"{panel.title or panel.y.label} (curves go from {' to '.join(value(end, 3) for end in _extent(panel.marks))})"
+        for panel, limited in zip(quiet, shown)
+        if limited is not panel
+    ]
     return tuple(shown), f"Axes are cut in {listed(cut)}." if cut else ""
 
 
@@ -43,7 +47,14 @@ def _without_noise(panel: Panel) -> Panel:
     low, high = _extent(panel.marks)
     if not max(abs(low), abs(high)) < NOISE:
         return panel
-    marks = [replace(mark, low=0 * mark.low, high=0 * mark.high) if isinstance(mark, Band) else replace(mark, y=0 * mark.y) if isinstance(mark, (Line, Points)) else mark for mark in panel.marks]
+    marks = [
+        replace(mark, low=0 * mark.low, high=0 * mark.high)
+        if isinstance(mark, Band)
+        else replace(mark, y=0 * mark.y)
+        if isinstance(mark, (Line, Points))
+        else mark
+        for mark in panel.marks
+    ]
     return replace(panel, marks=tuple(marks), y=replace(panel.y, limits=(-1.0, 1.0)))
 
 

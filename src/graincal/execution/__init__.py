@@ -10,7 +10,21 @@ if TYPE_CHECKING:
     from graincal.execution.scheduler import Ended, Scheduler, run
     from graincal.execution.task import LOST, Limit, Outcomes, Task, Watch, Work
 
-__all__ = ["CRASHED", "LOST", "Ended", "Limit", "Outcomes", "Scheduler", "Task", "Watch", "Work", "available_cores", "number_of_workers", "run", "try_in_a_process"]
+__all__ = [
+    "CRASHED",
+    "LOST",
+    "Ended",
+    "Limit",
+    "Outcomes",
+    "Scheduler",
+    "Task",
+    "Watch",
+    "Work",
+    "available_cores",
+    "number_of_workers",
+    "run",
+    "try_in_a_process",
+]
 
 __getattr__ = exported(
     __name__,

@@ -192,7 +192,9 @@ class Elsewhere(ABC):
             return
         place: Place = future.result()
         if not place.sees and self._needs_folder:
-            raise InputError(f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected{self.without_folder}.")
+            raise InputError(
+                f"{self._folder}: this folder is not seen from the node {place.node}; a folder on a file system that the nodes share was expected{self.without_folder}."
+            )
         self.looked(place)
         self._compare(place)
         with self._lock:
@@ -244,7 +246,9 @@ class OnNamedExecutor(Elsewhere):
         """Whatever the executor raises ends the campaign, which can be gone on with."""
         if isinstance(error, InputError):
             return error
-        return InputError(f"run.executor: it gave up an evaluation ({type(error).__name__}: {as_text(error)}); what was finished is stored, and graincal resume goes on.")
+        return InputError(
+            f"run.executor: it gave up an evaluation ({type(error).__name__}: {as_text(error)}); what was finished is stored, and graincal resume goes on."
+        )
 
     def end(self) -> None:
         with self._lock:

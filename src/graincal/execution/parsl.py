@@ -74,7 +74,16 @@ class OnBlocks(Elsewhere):
         logging.getLogger("parsl").addHandler(logging.NullHandler())
         self._executor = self._new_executor()
         self._kernel = DataFlowKernel(
-            Config(executors=[self._executor], retries=0, strategy="simple", strategy_period=1, max_idletime=600, run_dir=str(self._folder / "parsl"), usage_tracking=0, initialize_logging=False)
+            Config(
+                executors=[self._executor],
+                retries=0,
+                strategy="simple",
+                strategy_period=1,
+                max_idletime=600,
+                run_dir=str(self._folder / "parsl"),
+                usage_tracking=0,
+                initialize_logging=False,
+            )
         )
         if self._blocks.provider != "local":
             self._say(f"Submits a job, whose name begins with parsl.{self._label}: evaluations begin when it runs.")
@@ -95,10 +104,14 @@ class OnBlocks(Elsewhere):
             return Failure(LOST, f"what ran the evaluation is gone: {error}.")
         if isinstance(error, (BadStateException, TooManyJobFailuresError)):
             why = printable(_reasons(as_text(error)), 2_000)
-            return InputError(f"run.parsl: {BAD_BLOCKS} blocks in a row ended before a worker of theirs began ({why}). What they printed is in {self._folder / 'parsl'}, which must be seen from the nodes; graincal resume goes on.")
+            return InputError(
+                f"run.parsl: {BAD_BLOCKS} blocks in a row ended before a worker of theirs began ({why}). What they printed is in {self._folder / 'parsl'}, which must be seen from the nodes; graincal resume goes on."
+            )
         if isinstance(error, InputError):
             return error
-        return InputError(f"run.parsl: a worker cannot evaluate ({type(error).__name__}: {as_text(error)}): graincal and all that the models import must be there as here, for example by worker_init.")
+        return InputError(
+            f"run.parsl: a worker cannot evaluate ({type(error).__name__}: {as_text(error)}): graincal and all that the models import must be there as here, for example by worker_init."
+        )
 
     def look_after(self) -> None:
         """Raises InputError where Parsl's own process has died. Gives up what is late: no word comes of an outcome that is lost on its way."""
@@ -178,7 +191,9 @@ class OnBlocks(Elsewhere):
     def _check_interchange(self) -> None:
         process = self._executor.interchange_proc
         if process.poll() is not None and not self._stopped.is_set():
-            raise InputError(f"run.parsl: Parsl's own process on this machine, its interchange, has ended ({process.returncode}); what was finished is stored, and graincal resume goes on.")
+            raise InputError(
+                f"run.parsl: Parsl's own process on this machine, its interchange, has ended ({process.returncode}); what was finished is stored, and graincal resume goes on."
+            )
 
     def _until_gone(self) -> None:
         """Cancel the jobs with the run's label until there are none, and name those that stay."""

@@ -146,7 +146,9 @@ class _Worker:
                 return CRASHED
             except BaseException as error:
                 # What the evaluation gave cannot be sent, or cannot be read here.
-                return Failure("error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {as_text(error)}).")
+                return Failure(
+                    "error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {as_text(error)})."
+                )
         if time.monotonic() < self.deadline:
             return None
         self._lose()

@@ -58,10 +58,14 @@ class Blocks:
         try:
             import parsl  # noqa: F401
         except ImportError as error:
-            raise InputError(f'run.executor = "parsl" needs Parsl, which cannot be imported ({error}); it is installed by: pip install "graincal[cluster]"') from None
+            raise InputError(
+                f'run.executor = "parsl" needs Parsl, which cannot be imported ({error}); it is installed by: pip install "graincal[cluster]"'
+            ) from None
         program = SUBMIT[self.provider]
         if program and which(program) is None:
-            raise InputError(f'run.parsl.provider = "{self.provider}" submits jobs by {program}, and there is no such program in PATH; a machine of the cluster was expected, or another run.executor.')
+            raise InputError(
+                f'run.parsl.provider = "{self.provider}" submits jobs by {program}, and there is no such program in PATH; a machine of the cluster was expected, or another run.executor.'
+            )
 
     def make(self) -> ExecutionProvider:
         """Parsl's provider."""
@@ -113,7 +117,9 @@ def _slurm(blocks: Blocks, common: Mapping[str, Any]) -> ExecutionProvider:
         # A job that Slurm begins again would come back beside the one that took its place.
         scheduler_options=_lines("#SBATCH --no-requeue", blocks.scheduler_options),
         # Since Slurm 22.05 srun does not take this number from its job.
-        launcher=SimpleLauncher() if blocks.nodes_per_block == 1 else SrunLauncher(overrides="" if blocks.cores_per_node is None else f"--cpus-per-task={blocks.cores_per_node}"),
+        launcher=SimpleLauncher()
+        if blocks.nodes_per_block == 1
+        else SrunLauncher(overrides="" if blocks.cores_per_node is None else f"--cpus-per-task={blocks.cores_per_node}"),
         **common,
     )
 

@@ -39,7 +39,9 @@ class Threads:
                     thread.start()
                 except RuntimeError as error:
                     self._open -= len(tasks)
-                    raise InputError(f"workers: only {len(self._threads)} threads could be started ({error}), and a number that the system has room for was expected.") from None
+                    raise InputError(
+                        f"workers: only {len(self._threads)} threads could be started ({error}), and a number that the system has room for was expected."
+                    ) from None
                 self._threads.append(thread)
         for task in tasks:
             self._waiting.put(task)

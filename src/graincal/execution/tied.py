@@ -1,6 +1,6 @@
 """Processes that end with the one that started them, however that ends.
 
-    python -m graincal.execution.tied MODULE [ARGUMENT ...]      runs a module as `python -m MODULE` does, in such a process
+python -m graincal.execution.tied MODULE [ARGUMENT ...]      runs a module as `python -m MODULE` does, in such a process
 """
 
 from __future__ import annotations

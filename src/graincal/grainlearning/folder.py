@@ -48,9 +48,14 @@ def read_folder(folder: Path) -> FoundRuns:
     A run whose parameters differ from its table's is left out. Raises InputError for a folder that holds none, or runs of several models, and for a file that cannot be read.
     """
     files = _files(folder)
-    found = sorted(((match, path) for path in files if (match := _RUN.fullmatch(path.name))), key=lambda each: (int(each[0]["iteration"]), int(each[0]["sample"]), str(each[1])))
+    found = sorted(
+        ((match, path) for path in files if (match := _RUN.fullmatch(path.name))),
+        key=lambda each: (int(each[0]["iteration"]), int(each[0]["sample"]), str(each[1])),
+    )
     if not found:
-        raise InputError(f"{folder}: there are no runs of GrainLearning here, and files such as name_Iter0_Sample00.npy or name_Iter0_Sample00_sim.txt were expected.")
+        raise InputError(
+            f"{folder}: there are no runs of GrainLearning here, and files such as name_Iter0_Sample00.npy or name_Iter0_Sample00_sim.txt were expected."
+        )
     if len(names := sorted({match["name"] for match, _ in found})) > 1:
         raise InputError(f"{folder}: it holds runs of several models, {', '.join(names)}, and the folder of a single one was expected.")
     tables = {(path.parent, _iteration_of(path)): read_samples(path) for path in files if _TABLE.fullmatch(path.name)}

@@ -104,7 +104,9 @@ class _Array:
 
     def __setstate__(self, state: object) -> None:
         match state:
-            case (int(), tuple(shape), _Type(code=None), _, list(held)) if all(isinstance(size, int) and size >= 0 for size in shape) and math.prod(shape) == len(held):
+            case (int(), tuple(shape), _Type(code=None), _, list(held)) if all(isinstance(size, int) and size >= 0 for size in shape) and math.prod(
+                shape
+            ) == len(held):
                 self.value = held
             case (int(), tuple(shape), _Type() as kind, fortran, bytes() | str() as raw) if all(isinstance(size, int) and size >= 0 for size in shape):
                 # Python 2 wrote bytes as text.
@@ -156,7 +158,9 @@ def _as_bytes(text: object, encoding: object) -> bytes:
 
 
 _KNOWN = {
-    (f"{package}.multiarray", name): _Maker(function) for package in ("numpy.core", "numpy._core") for name, function in {"_reconstruct": _reconstruct, "scalar": _scalar}.items()
+    (f"{package}.multiarray", name): _Maker(function)
+    for package in ("numpy.core", "numpy._core")
+    for name, function in {"_reconstruct": _reconstruct, "scalar": _scalar}.items()
 } | {("numpy", "ndarray"): _NDARRAY, ("numpy", "dtype"): _Maker(_Type), ("_codecs", "encode"): _Maker(_as_bytes)}
 
 

@@ -58,7 +58,9 @@ def missing_column(table: Table, wanted: str, name: str) -> MissingColumn:
         return MissingColumn(f"{table.path}: there is no column {wanted}, for {why}.")
     meant = did_you_mean(split_header(name)[0], [split_header(header)[0] for header in table.header])
     present = ", ".join(f"'{header}'" for header in table.header if header)
-    return MissingColumn(f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} in a calibration file says which is which).")
+    return MissingColumn(
+        f"{table.path}: there is no column {wanted}{meant}, and those present are {present} (columns = {{ ... }} in a calibration file says which is which)."
+    )
 
 
 def _grouped(table: Table) -> list[list[str]]:
@@ -81,7 +83,9 @@ def _of_group(table: Table, group: str, second: bool) -> int:
 
 def _numbered(table: Table, number: int, said: str) -> int:
     if not 1 <= number <= len(table.header):
-        raise MissingColumn(f"{table.path}: there is no column {said}, and a number from 1 to {len(table.header)} was expected ({listed_columns(table, range(len(table.header)))}).")
+        raise MissingColumn(
+            f"{table.path}: there is no column {said}, and a number from 1 to {len(table.header)} was expected ({listed_columns(table, range(len(table.header)))})."
+        )
     return number - 1
 
 

@@ -62,7 +62,9 @@ def _specimen(group: Group, wanted: str, path: str) -> tuple[str, Group]:
         if not chosen:
             raise InputError(f"{path}: group {group.name} has no specimen '{wanted}', and one of {listed} was expected.")
         how = f"{group.name}/{chosen[0]}"
-        raise InputError(f"{path}: group {group.name} holds {len(chosen)} specimens, {listed}: say which with --sheet '{how}', or sheet = \"{how}\" in a calibration file.")
+        raise InputError(
+            f"{path}: group {group.name} holds {len(chosen)} specimens, {listed}: say which with --sheet '{how}', or sheet = \"{how}\" in a calibration file."
+        )
     group.rows = [row for row in group.rows if group.specimen(row) == chosen[0]]
     return f"{group.name}/{chosen[0]}" if wanted else group.name, group
 
@@ -85,7 +87,9 @@ def _groups(text: str, path: str) -> dict[str, Group]:
             group.units = cells
         elif what == "DATA":
             if len(cells) > len(group.headings):
-                raise InputError(f"{path}: line {line} has {len(cells)} values where group {group.name} has {len(group.headings)} headings, and one for each was expected.")
+                raise InputError(
+                    f"{path}: line {line} has {len(cells)} values where group {group.name} has {len(group.headings)} headings, and one for each was expected."
+                )
             group.rows.append(Row(line, cells))
         line = reader.line_num + 1
     return groups

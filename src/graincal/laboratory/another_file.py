@@ -74,7 +74,14 @@ class _Misfit:
 
 
 def read_another(
-    path: str | PathLike[str], control: str, observables: Sequence[str], *, asked: Mapping[str, Any], before: Before | None = None, recorded: Sequence[str] = (), **test: Any
+    path: str | PathLike[str],
+    control: str,
+    observables: Sequence[str],
+    *,
+    asked: Mapping[str, Any],
+    before: Before | None = None,
+    recorded: Sequence[str] = (),
+    **test: Any,
 ) -> Test:
     """Read a file over `control`, with those of the observables (names), and of those that are `recorded` and not fitted, that it holds.
 
@@ -95,7 +102,9 @@ def read_another(
     others = "".join(f", nor is {misfit.wanted} of {choice.called}" for choice, misfit in misfits if choice.columns)
     own = next(misfit for choice, misfit in misfits if not choice.columns or asked.get("columns"))
     columns, example = listed_columns(table, range(len(table.header))), "axial_stress" if control == POSITION else control
-    raise InputError(f"{table.path}: there is no column of {own.wanted}{others}, and --column {example}=COLUMN:UNIT, for each quantity, was expected to say which of these it is: {columns}.")
+    raise InputError(
+        f"{table.path}: there is no column of {own.wanted}{others}, and --column {example}=COLUMN:UNIT, for each quantity, was expected to say which of these it is: {columns}."
+    )
 
 
 def _choices(path: str | PathLike[str], asked: Mapping[str, Any], before: Before | None) -> list[_Choice]:
@@ -152,7 +161,11 @@ def _find(table: Table, control: str, observables: Sequence[str], recorded: Sequ
     there = tuple(name for name in observables if name in sources)
     if control not in sources or not there:
         return _Misfit(control if control not in sources else " or ".join(observables))
-    return _Found(there, tuple(name for name in recorded if name in sources), tuple(dict.fromkeys(column.quantity for source in sources.values() for column in source.columns)))
+    return _Found(
+        there,
+        tuple(name for name in recorded if name in sources),
+        tuple(dict.fromkeys(column.quantity for source in sources.values() for column in source.columns)),
+    )
 
 
 def _options(control: str, found: _Found, choice: _Choice) -> dict[str, Any]:
@@ -178,16 +191,16 @@ def _each(said: str | Mapping[str, str] | None, names: Collection[str], of_one_w
     return {name: word for name, word in said.items() if name in names}
 
 
-def _how(
-    table: Table, control: str, observables: Sequence[str], choice: _Choice, found: _Found, misfits: Sequence[tuple[_Choice, _Misfit]]
-) -> list[str]:
+def _how(table: Table, control: str, observables: Sequence[str], choice: _Choice, found: _Found, misfits: Sequence[tuple[_Choice, _Misfit]]) -> list[str]:
     """What to say of how the file was read."""
     options, notes = _options(control, found, choice), []
     columns = [
         f"{quantity} in {' + '.join(table.label(column_index(table, place, quantity=quantity)) for place in _places(said))}"
         for quantity, said in options["columns"].items()
     ]
-    conventions = [f"{key} = {_written(options[key])}" for key in CARRIED if key in choice.carried and key in options and options[key] and key not in ("columns", "units")]
+    conventions = [
+        f"{key} = {_written(options[key])}" for key in CARRIED if key in choice.carried and key in options and options[key] and key not in ("columns", "units")
+    ]
     own = "the columns with the quantities' own names"
     if choice.asked.get("columns"):
         notes.append(f"read by --column: {', '.join(columns)}.")
@@ -199,9 +212,13 @@ def _how(
         missed = [f"those of {other.called} are not all in it: {misfit.wanted} is not" for other, misfit in misfits if other.called]
         notes.append(f"read by {own}{'; ' + missed[0] if missed else ''}.")
     if choice.left and not any(key in choice.asked for key in _OF_ONE_FILE):
-        notes.append(f"all of it was read: {' and '.join(f'{key} = {_written(value)}' for key, value in choice.left.items())} of {choice.called} is of another file.")
+        notes.append(
+            f"all of it was read: {' and '.join(f'{key} = {_written(value)}' for key, value in choice.left.items())} of {choice.called} is of another file."
+        )
     if left := [name for name in observables if name not in (*found.observables, *found.recorded)]:
-        notes.append(f"it holds no {' and no '.join(left)}, so that {' and '.join(found.observables)} alone {'is' if len(found.observables) == 1 else 'are'} compared.")
+        notes.append(
+            f"it holds no {' and no '.join(left)}, so that {' and '.join(found.observables)} alone {'is' if len(found.observables) == 1 else 'are'} compared."
+        )
     return notes
 
 

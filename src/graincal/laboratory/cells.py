@@ -61,9 +61,7 @@ def plain_numbers(rows: Sequence[Row], header: Sequence[str], units: Sequence[st
         found = []
     if not changes:
         return list(rows), tuple(found)
-    changed = [
-        Row(row.line, tuple(changes[index][at] if index in changes else cell for index, cell in enumerate(row.cells))) for at, row in enumerate(rows)
-    ]
+    changed = [Row(row.line, tuple(changes[index][at] if index in changes else cell for index, cell in enumerate(row.cells))) for at, row in enumerate(rows)]
     return changed, tuple(found)
 
 

@@ -127,7 +127,9 @@ def find_columns(table: Table, quantity: str, conventions: Conventions) -> list[
     """As `find_column`, of a quantity that may be the sum of several; none where nothing was said and no column bears the name."""
     said = conventions.columns.get(quantity)
     if said is None:
-        borne = [i for i, header in enumerate(table.header) if quantity == header] or [i for i, header in enumerate(table.header) if split_header(header)[0] == quantity]
+        borne = [i for i, header in enumerate(table.header) if quantity == header] or [
+            i for i, header in enumerate(table.header) if split_header(header)[0] == quantity
+        ]
         if not borne:
             return []
         if len(borne) > 1:
@@ -186,7 +188,9 @@ def to_plain(table: Table, column: Column, printed: NDArray[np.float64], lines: 
     quantity, unit = column.quantity, column.unit
     place = f"{table.path}: column {column.label}"
     if unit is None and (dimension := DIMENSIONS.get(quantity)) in _USUAL:
-        raise InputError(f"{place} has no unit, and one of {known_units(dimension)} was expected, as '{column.header or quantity} [{_USUAL[dimension]}]' or in units.")
+        raise InputError(
+            f"{place} has no unit, and one of {known_units(dimension)} was expected, as '{column.header or quantity} [{_USUAL[dimension]}]' or in units."
+        )
     if unit is None and quantity in STRAINS and np.max(np.abs(printed)) > LARGEST_FRACTION:
         at = int(np.argmax(np.abs(printed)))
         raise InputError(
@@ -224,7 +228,9 @@ def _void_ratio(place: str, quantity: str, plain: NDArray[np.float64]) -> NDArra
         return plain
     low, high = (0.0, 1.0) if quantity == "porosity" else (1.0, np.inf)
     if np.min(plain) <= low or np.max(plain) >= high:
-        raise InputError(f"{place} is read as {quantity} and goes from {np.min(plain):g} to {np.max(plain):g}, and values {'between 0 and 1' if quantity == 'porosity' else 'above 1'} were expected.")
+        raise InputError(
+            f"{place} is read as {quantity} and goes from {np.min(plain):g} to {np.max(plain):g}, and values {'between 0 and 1' if quantity == 'porosity' else 'above 1'} were expected."
+        )
     return plain / (1 - plain) if quantity == "porosity" else plain - 1
 
 

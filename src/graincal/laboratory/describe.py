@@ -32,14 +32,14 @@ def describe(found: Understanding) -> list[str]:
     if "stress_ratio" not in found.observables and "deviatoric_stress" not in found.observables and found.kind not in ("oedometric", "isotropic"):
         lines.append("No column of a stress is understood, so that only the change of volume would be compared: a calibration without a stress says little.")
     if found.questions:
-        lines.append("To be answered, in the file where it says \"?\", or by the option:")
+        lines.append('To be answered, in the file where it says "?", or by the option:')
         lines += [f"  {question.key}: {describe_question(question)}" for question in found.questions]
     return lines
 
 
 def describe_question(question: Question) -> str:
     """The question, the answers that are possible, the one that is likely, and the option that answers it."""
-    answers = f' ({", ".join(question.answers)})' if question.answers else ""
+    answers = f" ({', '.join(question.answers)})" if question.answers else ""
     proposed = f" Likely: {question.proposed}." if question.proposed else ""
     return f"{question.sentence}{answers}{proposed}{f' [{question.option}]' if question.option else ''}"
 
@@ -48,7 +48,11 @@ def describe_table(table: Table) -> list[str]:
     """How the file is written."""
     mark = " with a byte order mark" if table.byte_order_mark else ""
     point = "decimal comma" if table.decimal == "," else "decimal point"
-    apart = f"columns separated by {_DELIMITER_WORDS[table.delimiter]}, {point}, {table.encoding}{mark}" if table.delimiter in _DELIMITER_WORDS else "cells of a sheet"
+    apart = (
+        f"columns separated by {_DELIMITER_WORDS[table.delimiter]}, {point}, {table.encoding}{mark}"
+        if table.delimiter in _DELIMITER_WORDS
+        else "cells of a sheet"
+    )
     sheet = f", {shown(table.sheet)}" if table.sheet else ""
     names = f"The names of the columns stand on line {table.header_line}." if table.header_line else "No line names the columns."
     return [f"{table.path}{sheet}: {len(table.rows)} rows, {apart}.", names]

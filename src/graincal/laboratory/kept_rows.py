@@ -40,12 +40,10 @@ def up_to(table: Table, name: str, control: NDArray[np.float64], lines: list[int
     return slice(first), [f"{_rows(rest)} left out beyond until = {until:g}, where {name} goes on to {np.max(control):.4g}: {say_lines(spans(rest, lines))}."]
 
 
-def backbone_of(
-    table: Table, name: str, control: NDArray[np.float64], lines: list[int], unloading: str | None
-) -> tuple[NDArray[np.bool_], list[str]]:
+def backbone_of(table: Table, name: str, control: NDArray[np.float64], lines: list[int], unloading: str | None) -> tuple[NDArray[np.bool_], list[str]]:
     """The rows to keep (T,), and what to say of the others."""
     if unloading not in (None, "drop"):
-        raise InputError(f"{table.path}: unloading must be \"drop\" or left out, not {unloading!r}.")
+        raise InputError(f'{table.path}: unloading must be "drop" or left out, not {unloading!r}.')
     back, still = turned_back(control), repeated(control)
     is_stress = name in (POSITION, "axial_stress", "mean_stress")
     wavers = is_stress and (name == POSITION or not turns_of(loaded := control[control > 0], loaded[0]) if np.any(control > 0) else False)

@@ -29,7 +29,12 @@ STRESS_FORMS: dict[str, tuple[float, float, float]] = {
     "total_half_sum_stress": (1 / 2, 1 / 2, 1),
     "pore_pressure": (0, 0, 1),
 }
-TOTAL = {"axial_stress": "total_axial_stress", "lateral_stress": "total_lateral_stress", "mean_stress": "total_mean_stress", "half_sum_stress": "total_half_sum_stress"}
+TOTAL = {
+    "axial_stress": "total_axial_stress",
+    "lateral_stress": "total_lateral_stress",
+    "mean_stress": "total_mean_stress",
+    "half_sum_stress": "total_half_sum_stress",
+}
 """The total stress that belongs to each effective one."""
 OF_CAMBRIDGE_AND_MIT = {"mean_stress": "half_sum_stress", "total_mean_stress": "total_half_sum_stress", "deviator_stress": "half_difference_stress"}
 """What p and q are in the one convention, (σa + 2σr)/3 and σa - σr, and in the other, (σa + σr)/2 and (σa - σr)/2."""

@@ -121,7 +121,14 @@ def read_test(
     shares = _observables(table.path, control, observables, recorded)
     wanted = (control, *shares, *recorded)
     _refuse_wrong_numbers(
-        table.path, shares, measurement_errors or {}, confining_pressure=confining_pressure, control_step=control_step, until=until, sample_volume=sample_volume, sample_height=sample_height
+        table.path,
+        shares,
+        measurement_errors or {},
+        confining_pressure=confining_pressure,
+        control_step=control_step,
+        until=until,
+        sample_volume=sample_volume,
+        sample_height=sample_height,
     )
 
     conventions = Conventions(columns or {}, units or {}, strain, compression, sample_volume, sample_height)
@@ -146,7 +153,14 @@ def read_test(
         at_pressure=tuple(name for name, source in sources.items() if source.at_pressure),
         turned=tuple(dict.fromkeys(column.quantity for column in found if conventions.is_reversed(column.quantity))),
         idle=tuple(cut) if compared.stop is None else (),
-        notes=(*chosen, *notes, *cut, *dropped, *_conversions(sources, found, conventions), *_open_measures({column.quantity: plain[column.key][compared] for column in found}, conventions)),
+        notes=(
+            *chosen,
+            *notes,
+            *cut,
+            *dropped,
+            *_conversions(sources, found, conventions),
+            *_open_measures({column.quantity: plain[column.key][compared] for column in found}, conventions),
+        ),
     )
 
 
@@ -202,7 +216,9 @@ def _counted_from_the_first(
     names = [column.quantity for column in found]
     for name in zero:
         if name not in names or name in STRESS_FORMS:
-            raise InputError(f"{path}: zero names '{name}'{did_you_mean(name, names)}, and some of {', '.join(name for name in names if name not in STRESS_FORMS)} were expected.")
+            raise InputError(
+                f"{path}: zero names '{name}'{did_you_mean(name, names)}, and some of {', '.join(name for name in names if name not in STRESS_FORMS)} were expected."
+            )
     return {column.key: plain[column.key] - plain[column.key][0] * (column.quantity in zero) for column in found}
 
 
@@ -258,5 +274,3 @@ def _open_measures(plain: Mapping[str, NDArray[np.float64]], conventions: Conven
     words = " and ".join(opened) + (" is" if len(opened) == 1 else " are")
     instead = f' With strain = "engineering", {" and ".join(changes)}.' if changes else ""
     return [f"{words} taken as logarithmic, since the key strain does not say.{instead}"]
-
-

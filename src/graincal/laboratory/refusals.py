@@ -53,13 +53,17 @@ def refuse_tension(table: Table, source: Source | None, plain: Mapping[Key, NDAr
             turned = conventions.is_reversed(column.quantity)
             way = "its sign was turned, as compression says; if that is wrong" if turned else "if that is its sign convention"
             word = "positive" if turned else "negative"
-            raise InputError(f'{table.path}: column {column.label} is mostly negative in compression, {way} write compression = {{ {column.quantity} = "{word}" }}.')
+            raise InputError(
+                f'{table.path}: column {column.label} is mostly negative in compression, {way} write compression = {{ {column.quantity} = "{word}" }}.'
+            )
 
 
 def refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64], conventions: Conventions, control_name: str) -> None:
     """Refuse a control of the wrong sign, and rows in reverse: neither is unloading."""
     if control_name == EXTENSION and np.max(control) < -np.min(control):
-        raise InputError(f"{table.path}: axial_extension goes down to {np.min(control):g}, and was expected to increase: the sample is shortened in this file, or the sign of column {column.label} is turned.")
+        raise InputError(
+            f"{table.path}: axial_extension goes down to {np.min(control):g}, and was expected to increase: the sample is shortened in this file, or the sign of column {column.label} is turned."
+        )
     if control_name != column.quantity:
         return
     name, end = column.quantity, float(control[-1])
@@ -71,9 +75,13 @@ def refuse_wrong_way(table: Table, column: Column, control: NDArray[np.float64],
     else:
         sign = 'write compression = "negative"' if name in SIGNED else f'write compression = {{ {name} = "negative" }}'
     if negative and rises and control[0] == np.min(control) and end <= 0 and name in STRAINS:
-        raise InputError(f"{table.path}: {name} comes back from {control[0]:g} to {end:g}, and was expected to grow from the beginning of the test: {sign} and reverse the rows.")
+        raise InputError(
+            f"{table.path}: {name} comes back from {control[0]:g} to {end:g}, and was expected to grow from the beginning of the test: {sign} and reverse the rows."
+        )
     if negative and not rises:
-        raise InputError(f"{table.path}: {name} goes down to {np.min(control):g}, and was expected to increase: if its sign is the other way round in this file, {sign}.")
+        raise InputError(
+            f"{table.path}: {name} goes down to {np.min(control):g}, and was expected to increase: if its sign is the other way round in this file, {sign}."
+        )
     if falls:
         raise InputError(
             f"{table.path}: {name} falls throughout, from {control[0]:g} to {end:g}, and was expected to increase:"

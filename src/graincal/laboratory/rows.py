@@ -183,5 +183,7 @@ def refuse_broken_rows(rows: Sequence[Row], header: Sequence[str], path: str) ->
 def without_cells(row: Row, header: Sequence[str], path: str) -> Row:
     """A row of numbers between white space that is too short: which of its cells it lacks cannot be told, so it lacks all. Refuse one with words."""
     if word := next((cell for cell in row.cells if not reads_as_number(cell)), None):
-        raise InputError(f"{path}: line {row.line} says '{shown(word)}', and a number for each of the {len(header)} columns was expected (a line of fewer numbers is a gap).")
+        raise InputError(
+            f"{path}: line {row.line} says '{shown(word)}', and a number for each of the {len(header)} columns was expected (a line of fewer numbers is a gap)."
+        )
     return Row(row.line, ())

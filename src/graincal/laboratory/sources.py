@@ -43,11 +43,17 @@ def find_source(table: Table, name: str, conventions: Conventions, confining_pre
         if columns := find_columns(table, other, conventions):
             return _from(name, other, columns)
     if name == "excess_pore_pressure" and (stress := _stress(table, "pore_pressure", conventions, None)):
-        return Source(name, stress.columns, lambda values: (u := stress.make(values)) - u[0], f"excess_pore_pressure counts from the first row that is read{_of(stress)}.")
+        return Source(
+            name, stress.columns, lambda values: (u := stress.make(values)) - u[0], f"excess_pore_pressure counts from the first row that is read{_of(stress)}."
+        )
     if name == "excess_pore_pressure" and (stress := _stress(table, "lateral_stress", conventions, None)):
         note = f"excess_pore_pressure was computed from {_listed(stress.columns)}: what the effective lateral stress loses while the total one is held."
         return Source(name, stress.columns, lambda values: (lateral := stress.make(values))[0] - lateral, note)
-    if name == "volumetric_strain" and (radial := find_columns(table, "radial_strain", conventions)) and (axial := find_columns(table, "axial_strain", conventions)):
+    if (
+        name == "volumetric_strain"
+        and (radial := find_columns(table, "radial_strain", conventions))
+        and (axial := find_columns(table, "axial_strain", conventions))
+    ):
         note = f"volumetric_strain was computed from axial_strain and radial_strain, columns {axial[0].label} and {radial[0].label}."
         return Source(name, (axial[0], radial[0]), lambda values: values[axial[0].key] + 2 * values[radial[0].key], note)
     if name == "volumetric_strain" and (ratio := _void_ratio(table, conventions)):
@@ -135,7 +141,9 @@ def refuse_contradictions(table: Table, columns: list[Column], values: Values) -
     stresses = {column.quantity: values[column.key] for column in columns if column.quantity in STRESS_FORMS}
     if len(stresses) > 1 and (by := contradiction(stresses)) > LARGEST_CONTRADICTION:
         headers = ", ".join(column.label for column in columns if column.quantity in stresses)
-        raise InputError(f"{table.path}: the stresses {', '.join(stresses)} of columns {headers} contradict one another by {100 * by:.2g} % of the largest, and stresses of one test were expected.")
+        raise InputError(
+            f"{table.path}: the stresses {', '.join(stresses)} of columns {headers} contradict one another by {100 * by:.2g} % of the largest, and stresses of one test were expected."
+        )
 
 
 def _stress_ratio(table: Table, conventions: Conventions, confining_pressure: float | None) -> Source:
@@ -164,7 +172,14 @@ def _stress_ratio(table: Table, conventions: Conventions, confining_pressure: fl
 
 def replace_columns(conventions: Conventions, names: set[str]) -> Conventions:
     """The conventions with columns of these names said to be what they are called."""
-    return Conventions({**{name: name for name in names}, **conventions.columns}, conventions.units, conventions.strain, conventions.compression, conventions.volume, conventions.height)
+    return Conventions(
+        {**{name: name for name in names}, **conventions.columns},
+        conventions.units,
+        conventions.strain,
+        conventions.compression,
+        conventions.volume,
+        conventions.height,
+    )
 
 
 def _two_stresses(table: Table, conventions: Conventions, confining_pressure: float | None) -> Source:
@@ -180,13 +195,21 @@ def _two_stresses(table: Table, conventions: Conventions, confining_pressure: fl
     def make(values: Values) -> NDArray[np.float64]:
         below = lateral.make(values)
         if np.min(below) <= 0:
-            raise InputError(f"{table.path}: the effective lateral stress falls to {np.min(below):g} Pa, computed from {_listed(columns)}, and one above 0 was expected for a stress ratio.")
+            raise InputError(
+                f"{table.path}: the effective lateral stress falls to {np.min(below):g} Pa, computed from {_listed(columns)}, and one above 0 was expected for a stress ratio."
+            )
         ratio = axial.make(values) / below
         _refuse_too_large(table, columns[0], ratio, None)
         return ratio
 
     at = f" at a confining pressure of {confining_pressure:g} Pa" if confining_pressure and not lateral.columns else ""
-    return Source("stress_ratio", columns, make, f"stress_ratio was computed from {_listed(columns)}{at or ', row by row'}.", at_pressure=axial.at_pressure or lateral.at_pressure)
+    return Source(
+        "stress_ratio",
+        columns,
+        make,
+        f"stress_ratio was computed from {_listed(columns)}{at or ', row by row'}.",
+        at_pressure=axial.at_pressure or lateral.at_pressure,
+    )
 
 
 def _measured_ratio(table: Table, column: Column, stress: NDArray[np.float64], confining_pressure: float | None) -> NDArray[np.float64]:

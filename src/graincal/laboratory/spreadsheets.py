@@ -41,7 +41,9 @@ def read_sheet(raw: bytes, path: str, wanted: str | int | None) -> tuple[str, Gr
         raise InputError(f"{path}: no sheet has two rows of numbers, and a header with rows of numbers below it was expected.")
     if len(full) > 1:
         listed = ", ".join(f"'{shown(name)}'" for name in full)
-        raise InputError(f'{path}: {len(full)} sheets hold rows of numbers, {listed}: say which with --sheet, or sheet = "{shown(full[0])}" in a calibration file.')
+        raise InputError(
+            f'{path}: {len(full)} sheets hold rows of numbers, {listed}: say which with --sheet, or sheet = "{shown(full[0])}" in a calibration file.'
+        )
     return full[0], grids[full[0]]
 
 

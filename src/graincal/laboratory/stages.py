@@ -58,13 +58,17 @@ def choose_rows(table: Table, stage: str | int | None, rows: Sequence[int] | Non
             known = f"one of the stages {say_stages(table)}" if found else "a file with a column of stages"
             raise InputError(f"{table.path}: stage is {stage!r}{did_you_mean(name, found)}, and {known} was expected.")
         if len(apart := _apart(chosen, found)) > 1:
-            raise InputError(f"{table.path}: the stage {name} stands on lines {_say_spans(apart, table.lines)}, with others between them, and one stretch of lines was expected: --rows FIRST-LAST, or rows in the place of stage, chooses one.")
+            raise InputError(
+                f"{table.path}: the stage {name} stands on lines {_say_spans(apart, table.lines)}, with others between them, and one stretch of lines was expected: --rows FIRST-LAST, or rows in the place of stage, chooses one."
+            )
         return _kept(table, chosen, f"stage {name}")
     if rows is not None:
         first, last = _lines(table, rows)
         chosen = [at for at, line in enumerate(table.lines) if first <= line <= last]
         if len(chosen) < 2:
-            raise InputError(f"{table.path}: rows = [{first}, {last}] holds {len(chosen)} rows of numbers, and at least two were expected between lines {table.lines[0]} and {table.lines[-1]}.")
+            raise InputError(
+                f"{table.path}: rows = [{first}, {last}] holds {len(chosen)} rows of numbers, and at least two were expected between lines {table.lines[0]} and {table.lines[-1]}."
+            )
         return _kept(table, chosen, f"lines {first} to {last}")
     return table, []
 

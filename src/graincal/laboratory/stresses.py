@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from graincal.laboratory.quantities import STRESS_FORMS
 
-WANTED = {"deviatoric_stress": STRESS_FORMS["deviator_stress"]} | {name: STRESS_FORMS[name] for name in ("axial_stress", "lateral_stress", "mean_stress", "pore_pressure")}
+WANTED = {"deviatoric_stress": STRESS_FORMS["deviator_stress"]} | {
+    name: STRESS_FORMS[name] for name in ("axial_stress", "lateral_stress", "mean_stress", "pore_pressure")
+}
 """What a reference may have, by the same weights."""
 
 

@@ -74,7 +74,9 @@ def _decode_as(raw: bytes, path: str, encoding: str) -> str:
         raise InputError(f"{path}: there is no encoding '{encoding}', and one such as utf-8, cp1252 or gb18030 was expected.") from None
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}: line {line} is not in the encoding '{encoding}' (byte {raw[error.start]:#04x}), and another encoding was expected.") from None
+        raise InputError(
+            f"{path}: line {line} is not in the encoding '{encoding}' (byte {raw[error.start]:#04x}), and another encoding was expected."
+        ) from None
     if "\x00" in text:
         raise InputError(f"{path}: this is not text in the encoding '{encoding}', and delimited text such as CSV was expected.")
     return text.removeprefix("\ufeff")

@@ -77,12 +77,23 @@ _CALLED = {
 """Without capitals, accents, blanks and dots."""
 SYMBOLS = ("p", "q", "pm")
 """Names that are defined in more than one way: p and q are of Cambridge or of MIT."""
-_WITH_TWO_KINDS = {"axial_stress", "lateral_stress", "mean_stress", "half_sum_stress", "deviator_stress", "half_difference_stress", "stress_ratio", "deviator_to_mean_stress"}
+_WITH_TWO_KINDS = {
+    "axial_stress",
+    "lateral_stress",
+    "mean_stress",
+    "half_sum_stress",
+    "deviator_stress",
+    "half_difference_stress",
+    "stress_ratio",
+    "deviator_to_mean_stress",
+}
 """Stresses that are effective or total ones, or follow from them."""
 _PRIMES = str.maketrans(dict.fromkeys("′’‘`´", "'"))
 _GREEK = str.maketrans({"ε": "eps", "ϵ": "eps", "σ": "sigma", "η": "eta", "Δ": "delta", "δ": "delta", "₁": "1", "₃": "3", "ₐ": "a", "ᵥ": "v", "ᵣ": "r"})
 _TRAILING_UNIT = re.compile(r"^(?P<name>.*?[^\s,/_])(?:\s*[,/;]\s*|\s+(?:in\s+|en\s+|em\s+)?|_)(?P<unit>[^\s,_]+)$")
-_EFFECTIVE = re.compile(r"effective|effektive?[rs]?|\beff\b\.?|efectiv[oa]|efetiv[oa]|effica(?:ce|cite)|effettiv[oa]|эффективн\w*|有效|有効|유효", re.IGNORECASE)
+_EFFECTIVE = re.compile(
+    r"effective|effektive?[rs]?|\beff\b\.?|efectiv[oa]|efetiv[oa]|effica(?:ce|cite)|effettiv[oa]|эффективн\w*|有效|有効|유효", re.IGNORECASE
+)
 _TOTAL = re.compile(r"\btotal(?:e|es|en|er)?\b|\bgesamt(?:e|er)?|полн\w+|总|全(?=応力)", re.IGNORECASE)
 _CELL = re.compile(r"cell|chamber|zelldruck|cellul|c[aá]mara|celda|cella|celdruk|komor|hücre|hucre|камер|セル|室压|围压室", re.IGNORECASE)
 _QUALIFIER = re.compile(
@@ -91,7 +102,10 @@ _QUALIFIER = re.compile(
     re.IGNORECASE,
 )
 """What stands in brackets behind a name and is no unit."""
-_CORRECTED = re.compile(r"[\[(]?\b(?:membrane|area|rubber|un)?[ -]?(?:corrected|corr)\b\.?[\])]?|[\[(]?\b(?:external|internal|local|global|measured|average|avg|lvdt)\b\.?[\])]?", re.IGNORECASE)
+_CORRECTED = re.compile(
+    r"[\[(]?\b(?:membrane|area|rubber|un)?[ -]?(?:corrected|corr)\b\.?[\])]?|[\[(]?\b(?:external|internal|local|global|measured|average|avg|lvdt)\b\.?[\])]?",
+    re.IGNORECASE,
+)
 """How a quantity was measured, or what was corrected of it: columns that differ in this alone are of one quantity."""
 
 
@@ -168,7 +182,9 @@ def _known(name: str) -> str | None:
     pairs = [(before, behind), (others, first)]
     if bracketed := re.fullmatch(r"(.*\S)\s*[\[(](.*)[\])]", name):
         pairs.append((bracketed[1], bracketed[2]))
-    if quantity := next((quantity for words, symbol in pairs if (quantity := _QUANTITY.get(_plain(words))) and quantity == _QUANTITY.get(_plain(symbol))), None):
+    if quantity := next(
+        (quantity for words, symbol in pairs if (quantity := _QUANTITY.get(_plain(words))) and quantity == _QUANTITY.get(_plain(symbol))), None
+    ):
         return quantity
     # q = (σ1 - σ3)/2: what stands behind defines it.
     shorter = name.partition("=")[2] or _CORRECTED.sub(" ", name)

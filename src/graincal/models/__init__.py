@@ -29,4 +29,6 @@ __all__ = [
     "YadeModel",
 ]
 
-__getattr__ = exported(__name__, {"graincal.models.command.model": ["CommandModel"], "graincal.models.python": ["PythonModel"], "graincal.models.yade.model": ["YadeModel"]})
+__getattr__ = exported(
+    __name__, {"graincal.models.command.model": ["CommandModel"], "graincal.models.python": ["PythonModel"], "graincal.models.yade.model": ["YadeModel"]}
+)

@@ -39,7 +39,9 @@ class ByHandModel(Model):
     def tasks(self, samples: Samples, at: ArrayLike) -> Sequence[Task]:
         """Raise InputError for any sample: there is nothing that could run it."""
         if len(samples):
-            raise InputError("its runs are made by hand, so that graincal cannot make them: those of a campaign are asked for by graincal ask, and told by graincal tell.")
+            raise InputError(
+                "its runs are made by hand, so that graincal cannot make them: those of a campaign are asked for by graincal ask, and told by graincal tell."
+            )
         return []
 
     def described(self) -> dict[str, Any]:

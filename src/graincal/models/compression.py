@@ -40,7 +40,9 @@ class CompressionTest(StressPathTest):
         turns = self._checked_turns()
         object.__setattr__(self, "turns", turns)
         if turns and self.control != POSITION:
-            raise InputError(f'turns are those of a path whose control is {POSITION}, and this one\'s is {self.control}: write control = "{POSITION}", or leave them out.')
+            raise InputError(
+                f'turns are those of a path whose control is {POSITION}, and this one\'s is {self.control}: write control = "{POSITION}", or leave them out.'
+            )
         before, way = float(self.confining_pressure), first_way(1.0, self.turns_in_units)
         for number, (turn, ratio, ratio_before) in enumerate(zip(turns, self.turns_in_units, (1.0, *self.turns_in_units)), start=1):
             if way * (ratio - ratio_before) <= 0:

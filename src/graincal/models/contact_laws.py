@@ -84,7 +84,11 @@ _LINEAR = (
 )
 """Hartmann, Cheng, Thornton (2022), Table 1."""
 
-_HERTZ = (replace(_LINEAR[0], meaning="log10 of Young's modulus E of the grains"), replace(_LINEAR[1], meaning="Poisson's ratio ν of the grains", high=0.5), *_LINEAR[2:])
+_HERTZ = (
+    replace(_LINEAR[0], meaning="log10 of Young's modulus E of the grains"),
+    replace(_LINEAR[1], meaning="Poisson's ratio ν of the grains", high=0.5),
+    *_LINEAR[2:],
+)
 
 LAWS = {
     law.name: law

@@ -25,7 +25,9 @@ def check_derived(derived: Mapping[str, str], names: Sequence[str]) -> None:
         if name in known:
             raise InputError(f"derived.{name} is the name of a parameter too, and another one was expected.")
         if unknown := [each for each in needed if each not in known]:
-            raise InputError(f'derived.{name} is "{text}", which needs {unknown[0]}{did_you_mean(unknown[0], known)}, and some of {", ".join(known)} were expected.')
+            raise InputError(
+                f'derived.{name} is "{text}", which needs {unknown[0]}{did_you_mean(unknown[0], known)}, and some of {", ".join(known)} were expected.'
+            )
         known.append(name)
 
 

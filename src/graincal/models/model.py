@@ -36,13 +36,18 @@ class Model(ABC):
         """The same model, whose evaluations keep their files in this folder; asked before any of them is under way. Most keep none."""
         return self
 
-    def evaluate(self, samples: Samples, at: ArrayLike, workers: int | Literal["all"] | None = None, watch: Callable[[int, Response], bool] | None = None) -> Outcomes:
+    def evaluate(
+        self, samples: Samples, at: ArrayLike, workers: int | Literal["all"] | None = None, watch: Callable[[int, Response], bool] | None = None
+    ) -> Outcomes:
         """Evaluate each sample and yield (row, Response or Failure) in order of completion.
 
         at (T,): control values that the response must cover. workers: evaluations at once, all cores by default. watch(id, response): is shown the first states of a sample's run each time that there is one more, from several
         threads, and stops it by returning True, where the model can be watched. Closing the iterator stops what is under way. Raises InputError as `tasks` does.
         """
-        tasks = [replace(task, name=row, watch=partial(watch, int(id)) if watch else None) for row, (id, task) in enumerate(zip(samples.ids, self.tasks(samples, at)))]
+        tasks = [
+            replace(task, name=row, watch=partial(watch, int(id)) if watch else None)
+            for row, (id, task) in enumerate(zip(samples.ids, self.tasks(samples, at)))
+        ]
         return _outcomes(run(tasks, workers or "all"))
 
 

@@ -57,7 +57,12 @@ def _write_state(folder: Path, number: int, simulation: Any, test: StressPathTes
     positions = np.mod(np.linalg.solve(edges, np.asarray(simulation.positions, dtype=np.float64).T).T, 1) @ edges.T
     write_particles(folder / _name("particles", number), positions, radii)
     found = simulation.contacts()
-    first, second, overlap, normal = found["first"], found["second"], np.asarray(found["overlap"], dtype=np.float64), np.asarray(found["normal"], dtype=np.float64)
+    first, second, overlap, normal = (
+        found["first"],
+        found["second"],
+        np.asarray(found["overlap"], dtype=np.float64),
+        np.asarray(found["normal"], dtype=np.float64),
+    )
     # To the image of the second that is touched, which may lie beyond the cell.
     begins = positions[first]
     ends = begins + normal * (radii[first] + radii[second] - overlap)[:, None]

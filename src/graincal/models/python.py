@@ -59,7 +59,9 @@ class PythonModel(Model):
             if self.timeout > LONGEST_TIMEOUT:
                 raise InputError(f"the timeout of a Python model is {self.timeout:g} s, and at most {LONGEST_TIMEOUT:g} s was expected.")
             if not isinstance(self.function, str) or self.executor is not None:
-                raise InputError('a timeout needs a function given by its name, "module:name", and no executor: only then does it run in a process that can be ended.')
+                raise InputError(
+                    'a timeout needs a function given by its name, "module:name", and no executor: only then does it run in a process that can be ended.'
+                )
 
     def tasks(self, samples: Samples, at: ArrayLike) -> list[Task]:
         """A call of the function for each sample.

@@ -14,7 +14,9 @@ from graincal.interpolation import interpolate
 from graincal.models.model import Model
 
 
-def simulate(model: Model, parameters: Mapping[str, float | ArrayLike], at: ArrayLike, *, workers: int | Literal["all"] = "all") -> Response | Failure | list[Response | Failure]:
+def simulate(
+    model: Model, parameters: Mapping[str, float | ArrayLike], at: ArrayLike, *, workers: int | Literal["all"] = "all"
+) -> Response | Failure | list[Response | Failure]:
     """Evaluate any model at parameters, {name: value} in the order that the model expects, or {name: values (N,)} for several runs, which gives a list.
 
     >>> simulate(test, {"log_E": 8.72, "nu": 0.227, "phi": 28.1, "beta_m": 0.079, "eta_m": 0.569}, at=np.arange(0, 0.2, 0.004))  # doctest: +SKIP

@@ -113,7 +113,9 @@ class StressPathTest(Economy, Model):
         self._hold_packings()
         object.__setattr__(self, "control", self.control or self.controls[0])
         if self.control not in self.controls:
-            raise InputError(f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}{did_you_mean(self.control, self.controls)}.")
+            raise InputError(
+                f"{self.name_with_article} is driven by {' or '.join(self.controls)}, not by {self.control}{did_you_mean(self.control, self.controls)}."
+            )
         for name in ("confining_pressure", "density_scaling", "inertial_number", "step_limit"):
             value = getattr(self, name)
             if value is None and name in ("density_scaling", "inertial_number", *self.optional):
@@ -297,7 +299,9 @@ class StressPathTest(Economy, Model):
         """That of parameters (5,), in the order of `parameters`, as the engine is given it."""
         return LAWS[self.law].of(theta, self.unit_of_stress)
 
-    def response_of(self, recorded: Mapping[str, NDArray[np.float64]], states: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})) -> Response:
+    def response_of(
+        self, recorded: Mapping[str, NDArray[np.float64]], states: NDArray[np.float64], details: Mapping[str, float] = MappingProxyType({})
+    ) -> Response:
         """Of the states recorded, the first or all of those that were to be."""
         columns = {**recorded, **self.derived(recorded)}
         values = {name: from_engine(columns[name], self.unit_of_stress) if name in IN_PASCAL else columns[name] for name in self.returned}

@@ -145,13 +145,22 @@ def _check(node: ast.expr) -> None:
             theirs, ours = _OTHERS[type(op)]
             raise NotAnExpression(f'it has {theirs} in it, and "{ours}" was expected in its place')
         case _:
-            raise NotAnExpression(f"it has {_SAID.get(type(node), type(node).__name__)} in it, and only names, numbers, + - * / // % **, comparisons, and, or, not and functions are allowed")
+            raise NotAnExpression(
+                f"it has {_SAID.get(type(node), type(node).__name__)} in it, and only names, numbers, + - * / // % **, comparisons, and, or, not and functions are allowed"
+            )
 
 
 _OTHERS = {ast.BitXor: ("^", "**"), ast.BitAnd: ("&", "and"), ast.BitOr: ("|", "or")}
 """Operators of other languages, and what they are here."""
 
-_SAID = {ast.Attribute: "a point between names", ast.Subscript: "square brackets behind a name", ast.Constant: "a text", ast.List: "a list", ast.Tuple: "a comma", ast.Call: "a call"}
+_SAID = {
+    ast.Attribute: "a point between names",
+    ast.Subscript: "square brackets behind a name",
+    ast.Constant: "a text",
+    ast.List: "a list",
+    ast.Tuple: "a comma",
+    ast.Call: "a call",
+}
 
 
 def _parts(node: ast.expr) -> list[ast.expr]:

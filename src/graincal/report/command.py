@@ -80,7 +80,9 @@ def comparison(result: Record, experiment: Experiment) -> str:
     """The calibration file that --at finds the reference of an experiment in, which is then the only one that it may mean; empty where there is none."""
 
     def may_be_meant(model: Model) -> bool:
-        return not isinstance(model, StressPathTest) or (isinstance(model, TriaxialTest) and np.isclose(model.confining_pressure, experiment.model.confining_pressure))
+        return not isinstance(model, StressPathTest) or (
+            isinstance(model, TriaxialTest) and np.isclose(model.confining_pressure, experiment.model.confining_pressure)
+        )
 
     compared = isinstance(experiment.model, TriaxialTest) and experiment.reference.control_name == "axial_strain"
     alone = compared and sum(may_be_meant(each.model) for each in result.experiments) == 1

@@ -31,7 +31,15 @@ def figures(result: Record, prediction: Prediction | None = None) -> list[Figure
 
 def _figures(result: Record, prediction: Prediction | None, emulated: Emulated | None) -> list[Figure]:
     if emulated:
-        drawn = [draw_bands(emulated), draw_samples(result), draw_emulator(emulated), draw_emulated_pairs(emulated), draw_stress_paths(result), draw_fabric(result), draw_run_times(result)]
+        drawn = [
+            draw_bands(emulated),
+            draw_samples(result),
+            draw_emulator(emulated),
+            draw_emulated_pairs(emulated),
+            draw_stress_paths(result),
+            draw_fabric(result),
+            draw_run_times(result),
+        ]
     elif result.has_posterior:
         drawn = [draw_samples(result), draw_stress_paths(result), draw_run_times(result)]
     else:
@@ -49,7 +57,10 @@ def compose(result: Record, prediction: Prediction | None) -> Page:
     _compose_posterior(page, result, emulated, drawn.get("posterior"))
     if prediction:
         _compose_prediction(page, result, prediction, drawn.get("prediction"))
-    for name, heading, sentence in (("stress_paths", "Stress paths and pore pressure", "The undrained tests in p′ and q."), ("fabric", "Fabric", "Contacts and their directions, of the answer or the best response.")):
+    for name, heading, sentence in (
+        ("stress_paths", "Stress paths and pore pressure", "The undrained tests in p′ and q."),
+        ("fabric", "Fabric", "Contacts and their directions, of the answer or the best response."),
+    ):
         if name in drawn:
             with page.folded(heading, sentence):
                 page.figure(drawn[name])
@@ -99,7 +110,9 @@ def _compose_identified(page: Page, result: Record, emulated: Emulated) -> None:
     page.paragraph(tables.of_prior(result), "note")
     page.paragraph([verdict.fits_rule(result.fits_about_as_well)], "note")
     if informing := tables.of_informing(emulated):
-        page.paragraph(["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."])
+        page.paragraph(
+            ["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."]
+        )
         page.table(informing)
     taken = error_terms.error_terms(emulated)
     page.paragraph([f"How large each term of the errors was taken. {error_terms.sentence(emulated, taken)}"])
@@ -114,7 +127,10 @@ def _compose_identified(page: Page, result: Record, emulated: Emulated) -> None:
 
 def _compose_prediction(page: Page, result: Record, prediction: Prediction, figure: Figure | None) -> None:
     """The test at another pressure."""
-    with page.folded(f"Prediction at {pressure(prediction.test.confining_pressure)}", "One simulation of the answer at another confining pressure, which no test was compared with."):
+    with page.folded(
+        f"Prediction at {pressure(prediction.test.confining_pressure)}",
+        "One simulation of the answer at another confining pressure, which no test was compared with.",
+    ):
         if figure:
             page.figure(figure)
         page.paragraph([prediction.missing], "note")

@@ -86,7 +86,9 @@ def table(emulated: Emulated, terms: list[ErrorTerms]) -> Table:
     for experiment, each in zip(emulated.result.experiments, terms):
         for name, deviations in each.deviations.items():
             shown = dict(zip(experiment.reference.names, deviations))
-            rows.append((f"{experiment.name}: {name}" if several else name, *(f"{100 * shown[name]:.2g}" if name in shown else "–" for name in _observables(emulated))))
+            rows.append(
+                (f"{experiment.name}: {name}" if several else name, *(f"{100 * shown[name]:.2g}" if name in shown else "–" for name in _observables(emulated)))
+            )
     return Table(("standard deviation, % of the peak, mean over the states", *(quantity(name).label for name in _observables(emulated))), tuple(rows))
 
 
@@ -96,8 +98,15 @@ def sentence(emulated: Emulated, terms: list[ErrorTerms]) -> str:
     for experiment, each in zip(emulated.result.experiments, terms):
         of = f"Of {experiment.name}, the" if len(terms) > 1 else "The"
         says = [f"that the model cannot reproduce {value(100 * each.discrepancy, 2)} % of the peak"] if each.discrepancy else []
-        says += [f"that packings differ by {value(np.sqrt(each.packing_factor), 2)} times as much as those that were run"] if np.isfinite(each.packing_factor) else []
-        said.append((f"{of} curve says {listed(says)}. " if says else "") + f"What the answer is off by, whitened by all together, is {value(each.residual, 2)} on the mean, where 1 is as much as the errors lead to.")
+        says += (
+            [f"that packings differ by {value(np.sqrt(each.packing_factor), 2)} times as much as those that were run"]
+            if np.isfinite(each.packing_factor)
+            else []
+        )
+        said.append(
+            (f"{of} curve says {listed(says)}. " if says else "")
+            + f"What the answer is off by, whitened by all together, is {value(each.residual, 2)} on the mean, where 1 is as much as the errors lead to."
+        )
     return " ".join(said)
 
 

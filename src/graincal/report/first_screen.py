@@ -52,7 +52,9 @@ def state(result: Record) -> list[str]:
     failed = f"{result.failures:,}".replace(",", "\u202f") if result.failures else "none"
     said.append(f"{numbers.count(result.evaluations, 'evaluation')}, {failed} failed.")
     if answer := answer_of(result):
-        error = f"{numbers.repeated(result.answer.mean, result.answer.spread)} %" if result.answer and len(result.answer.samples) else numbers.percent(answer.error)
+        error = (
+            f"{numbers.repeated(result.answer.mean, result.answer.spread)} %" if result.answer and len(result.answer.samples) else numbers.percent(answer.error)
+        )
         said.append(f"Error ε of the {name_of_answer(result)}: {error} of the reference.")
     return said
 
@@ -103,7 +105,9 @@ def _compose_lines(page: Page, result: Record) -> None:
             page.command(simulate_command(experiment.model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment)))
         _compose_packings(page, result)
         for program in PROGRAMS:
-            texts = dict.fromkeys(contact_texts(result, candidate.theta, name_of_answer(result), program).values()) if len(tests) == len(result.experiments) else ()
+            texts = (
+                dict.fromkeys(contact_texts(result, candidate.theta, name_of_answer(result), program).values()) if len(tests) == len(result.experiments) else ()
+            )
             if texts:
                 with page.folded(f"Lines for {_TITLES[program]}", level=3):
                     for text in texts:
@@ -116,7 +120,12 @@ def _compose_packings(page: Page, result: Record) -> None:
     packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}
     unnamed = not all(from_file(experiment.model) or experiment.name in packed for experiment in tests)
     with page.folded("Its packing, and its scatter", level=3):
-        page.paragraph(["A second run differs from that of the calibration by the scatter of runs, and so does the error that it prints: a last digit sends grains other ways."], "note")
+        page.paragraph(
+            [
+                "A second run differs from that of the calibration by the scatter of runs, and so does the error that it prints: a last digit sends grains other ways."
+            ],
+            "note",
+        )
         for line in dict.fromkeys(packed.values()):
             names = ", ".join(name for name in packed if packed[name] == line)
             page.paragraph([f"The packing of {names} was prepared. Should its file not be there, this makes the same again, to name instead:"])

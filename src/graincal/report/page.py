@@ -40,7 +40,7 @@ class Page:
     def folded(self, heading: str, sentence: str = "", level: int = 2) -> Iterator[None]:
         """What is added meanwhile stands folded behind a heading of a level, 2 for a section, and a sentence on it."""
         said = f" <span>{to_html(sentence)}</span>" if sentence else ""
-        self._body.append(f'<details><summary><h{level}>{to_html(heading)}</h{level}>{said}</summary>')
+        self._body.append(f"<details><summary><h{level}>{to_html(heading)}</h{level}>{said}</summary>")
         yield
         self._body.append("</details>")
 
@@ -89,7 +89,11 @@ class Page:
     def figure(self, figure: Figure, *, leads: bool = False) -> None:
         """A figure with its title, key and caption. leads: it stands on the first screen, with its caption folded."""
         level = 2 if leads else 3
-        plots = self._square(figure) if figure.square else "".join(self._panel(figure, k, _unit_alone(panel) if leads else panel, level + 1) for k, panel in enumerate(figure.panels))
+        plots = (
+            self._square(figure)
+            if figure.square
+            else "".join(self._panel(figure, k, _unit_alone(panel) if leads else panel, level + 1) for k, panel in enumerate(figure.panels))
+        )
         frames = f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{figure.columns}">{plots}</div>'
         key = "".join(f"<li>{_swatch(mark)}<span>{to_html(mark.name)}</span></li>" for mark in figure.key)
         caption = f"<figcaption>{to_html(figure.caption)}</figcaption>"

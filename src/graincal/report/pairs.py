@@ -54,12 +54,14 @@ def draw_pairs(result: Record) -> Figure | None:
         "Below it: the larger and darker a sample, the more weight it carries. Above it: Pearson correlations under the weights, "
     )
     telling = telling_correlation(iteration.posterior)
-    caption += f"coloured from {telling:.2f} on, up or down: less may be chance." if telling <= 1 else "none coloured: on so few samples with weight, any may be chance."
+    caption += (
+        f"coloured from {telling:.2f} on, up or down: less may be chance."
+        if telling <= 1
+        else "none coloured: on so few samples with weight, any may be chance."
+    )
     caption += " These weights grow narrower with every iteration; which values fit about as well, the samples' figure and the table of the parameters show."
     cells = [[cell(float(r), telling) for r in row] for row in iteration.posterior.correlation()]
-    panels = tuple(
-        cells[row][column] if column > row else _panel(result, iteration, axes, groups, row, column) for row in range(n) for column in range(n)
-    )
+    panels = tuple(cells[row][column] if column > row else _panel(result, iteration, axes, groups, row, column) for row in range(n) for column in range(n))
     return Figure("posterior", title, caption, panels, columns=n, square=True)
 
 

@@ -67,7 +67,10 @@ def figure_of(prediction: Prediction, against: Reference | None = None, names: S
     for name in names:
         shown = quantity(name)
         low, high = prediction.interval(name, PROBABILITY) * shown.scale
-        marks: list[Mark] = [*bands(x, low, high, BAND, f"{100 * PROBABILITY:.0f} % of responses"), Line(x, prediction.mean(name) * shown.scale, PREDICTED, "predicted mean")]
+        marks: list[Mark] = [
+            *bands(x, low, high, BAND, f"{100 * PROBABILITY:.0f} % of responses"),
+            Line(x, prediction.mean(name) * shown.scale, PREDICTED, "predicted mean"),
+        ]
         if against and name in against.measured:
             marks.append(Points(against.control * across.scale, against.measured[name] * shown.scale, REFERENCE, "measured"))
         panels.append(Panel(shown.title, Axis(across.axis), Axis(shown.axis), tuple(marks)))

@@ -103,7 +103,12 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
         shown = quantity(name)
         title = f"{shown.title}{NOT_FITTED * (name in experiment.reference.recorded)}"
         marks = (
-            Line(scale * prediction.calibrated.control, prediction.calibrated.values[name] * shown.scale, replace(BEST, dash="dash"), f"calibrated at {calibrated}"),
+            Line(
+                scale * prediction.calibrated.control,
+                prediction.calibrated.values[name] * shown.scale,
+                replace(BEST, dash="dash"),
+                f"calibrated at {calibrated}",
+            ),
             Points(x, values * shown.scale, REFERENCE, f"reference at {calibrated}"),
             Line(scale * prediction.response.control, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
         )
@@ -114,4 +119,6 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
         "No test at this pressure was compared with it, and another run of the same parameters would differ by the scatter of runs."
         f"{' ' * bool(cut)}{cut}"
     )
-    return Figure("prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, shown, columns=min(3, max(2, len(panels))))
+    return Figure(
+        "prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, shown, columns=min(3, max(2, len(panels)))
+    )

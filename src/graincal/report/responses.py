@@ -144,7 +144,9 @@ def _fabric_panels(result: Record, experiment: Experiment) -> list[Panel]:
     panels = []
     if "coordination_number" in values:
         shown = quantity("coordination_number")
-        panels.append(Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), (Line(x, values["coordination_number"], _COORDINATION, "Z"),)))
+        panels.append(
+            Panel(f"{prefix(result, experiment)}{shown.title}", axis, Axis(shown.axis), (Line(x, values["coordination_number"], _COORDINATION, "Z"),))
+        )
     lines = tuple(Line(x, values[name], distinct(k), quantity(name).label) for k, name in enumerate(_ANISOTROPIES) if name in values)
     if lines:
         panels.append(Panel(f"{prefix(result, experiment)}Anisotropies", axis, Axis("anisotropy [-]"), lines))

@@ -46,7 +46,11 @@ def _panels(result: Record, number: int) -> list[Panel]:
 
 def _measured(experiment: Experiment, over: str, name: str) -> tuple[Points, ...]:
     measured = experiment.reference.measured
-    return (Points(measured[over] * quantity(over).scale, measured[name] * quantity(name).scale, REFERENCE, "measured"),) if {over, name} <= measured.keys() else ()
+    return (
+        (Points(measured[over] * quantity(over).scale, measured[name] * quantity(name).scale, REFERENCE, "measured"),)
+        if {over, name} <= measured.keys()
+        else ()
+    )
 
 
 def _samples(result: Record) -> np.ndarray:

@@ -84,7 +84,18 @@ def of_iterations(result: Record) -> Table:
 def of_batches(result: Record) -> Table:
     """Each batch of the method "posterior": samples, failures, those that were stopped where some were, and what was learnt."""
     some = result.stopped.any()
-    head = ("batch", "runs", "failed", *(["stopped early"] if some else []), "shift [sd]", "held-out error [%]", "coverage [%]", "log evidence", "effective runs", "best ε [%]")
+    head = (
+        "batch",
+        "runs",
+        "failed",
+        *(["stopped early"] if some else []),
+        "shift [sd]",
+        "held-out error [%]",
+        "coverage [%]",
+        "log evidence",
+        "effective runs",
+        "best ε [%]",
+    )
     rows = []
     for iteration, learnt, best in zip(result.iterations, result.learnt, result.best_errors):
         figures = [numbers.value(learnt.posterior_shift, 2), numbers.value(100 * learnt.held_out_error, 2), numbers.value(100 * learnt.coverage, 3)]
@@ -144,7 +155,11 @@ def of_modes(emulated: Emulated) -> Table | None:
     shown = parameters(emulated.result.space)
     head = ("probability", *(f"{each.axis}: centre, most probable" for each in shown), "least ε of its runs [%]")
     rows = [
-        (f"{100 * mode.share:.0f} %", *(f"{numbers.value(centre, 3)}, {numbers.value(best, 3)}" for centre, best in zip(mode.centre, mode.best)), numbers.value(mode.error, 3))
+        (
+            f"{100 * mode.share:.0f} %",
+            *(f"{numbers.value(centre, 3)}, {numbers.value(best, 3)}" for centre, best in zip(mode.centre, mode.best)),
+            numbers.value(mode.error, 3),
+        )
         for mode in emulated.modes
     ]
     return Table(head, tuple(rows), figures=0) if rows else None
@@ -192,7 +207,7 @@ def of_provenance(result: Record) -> Table:
 
 def _first_look(calibration: Calibration) -> str:
     cheaper = [experiment.model for experiment in calibration.look.experiments] if calibration.look else []
-    counts = {numbers.count(model.packing.count, 'particle') for model in cheaper if isinstance(model, StressPathTest)}
+    counts = {numbers.count(model.packing.count, "particle") for model in cheaper if isinstance(model, StressPathTest)}
     return f"{len(calibration.first_look.theta)} evaluations of a cheaper model" + (f" ({', '.join(sorted(counts))})" if counts else "")
 
 

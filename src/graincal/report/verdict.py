@@ -21,7 +21,17 @@ _HEADINGS = {
     "Ridges": ("ridges",),
     "Modes": ("modes",),
     "Fit": ("nothing-found", "too-few-responses", "fits-about-as-well", "few-fit-about-as-well"),
-    "Answer": ("answer", "answer-runs", "answer-runs-alike", "answer-runs-failed", "answer-not-run", "answer-is-best", "another-is-closer", "best-by-chance", "errors-lead-to"),
+    "Answer": (
+        "answer",
+        "answer-runs",
+        "answer-runs-alike",
+        "answer-runs-failed",
+        "answer-not-run",
+        "answer-is-best",
+        "another-is-closer",
+        "best-by-chance",
+        "errors-lead-to",
+    ),
     "Not fitted": ("recorded-errors",),
     "End": ("under-way", "settled", "stopped"),
 }
@@ -59,7 +69,11 @@ def rule(space: ParameterSpace) -> str:
     return (
         f"Once the posterior has settled, a parameter is called identified where its posterior standard deviation (sd) is below {IDENTIFIED:g} of the prior's{' (the range over √12)' if plain else ''}, "
         f"weakly identified up to {WEAKLY:g}, and else not. A ridge is a pair correlated by more than {RIDGE:g}, up or down. Intervals hold {100 * PROBABILITY:.0f} % of the probability, "
-        + ("given the measurement errors and the ranges, which are the prior: every value in them was equally probable before the test." if plain else "given the measurement errors and the prior.")
+        + (
+            "given the measurement errors and the ranges, which are the prior: every value in them was equally probable before the test."
+            if plain
+            else "given the measurement errors and the prior."
+        )
     )
 
 
@@ -93,7 +107,11 @@ def evidence(emulated: Emulated) -> str:
     """The evidence, and how well it is known."""
     result = emulated.result
     half, deviation = emulated.evidence_of_half_ranges, result.learnt[-1].log_evidence_std
-    halved = f"{half:.2f} if each range were half as wide about the posterior's mean" if np.isfinite(half) else "nothing would be left of it in half of each range about the posterior's mean"
+    halved = (
+        f"{half:.2f} if each range were half as wide about the posterior's mean"
+        if np.isfinite(half)
+        else "nothing would be left of it in half of each range about the posterior's mean"
+    )
     if np.isnan(half):
         halved = "what it would be in half of each range is not known, for the constraints leave too little of that"
     return (

@@ -23,7 +23,9 @@ def found(result: Record, findings: Sequence[Finding]) -> tuple[tuple[str, tuple
     """What was found: headings, and the paragraphs under each."""
     said = []
     if findings:
-        said.append(("Parameters", (legend(close_fits(result.iterations), result.most_probable.iteration), *(" ".join(finding.sentences()) for finding in findings))))
+        said.append(
+            ("Parameters", (legend(close_fits(result.iterations), result.most_probable.iteration), *(" ".join(finding.sentences()) for finding in findings)))
+        )
         if grouped := groups(result):
             said.append(("Groups", (grouped,)))
         if correlated := trade_offs(result.space, result.posterior):
@@ -64,8 +66,12 @@ def fit(result: Record) -> tuple[str, ...]:
     if best is None:
         return (f"All {numbers.count(result.evaluations, 'sample')} failed, so that nothing was found.",)
     if answer is None:
-        return (f"The smallest error of {numbers.count(result.evaluations, 'sample')}, that of the best, is {numbers.percent(best.error)} ({_name(best)}): {_by_observable(result, best)}.",)
-    said = ["The most probable sample is that of the largest weight in the last iteration with weights; the best is that of the smallest error of all iterations."]
+        return (
+            f"The smallest error of {numbers.count(result.evaluations, 'sample')}, that of the best, is {numbers.percent(best.error)} ({_name(best)}): {_by_observable(result, best)}.",
+        )
+    said = [
+        "The most probable sample is that of the largest weight in the last iteration with weights; the best is that of the smallest error of all iterations."
+    ]
     said += [f"The most probable response ({_name(answer)}) is {numbers.percent(answer.error)} from the reference: {_by_observable(result, answer)}."]
     if best.sample == answer.sample:
         said.append(f"It is also the best of {numbers.count(result.evaluations, 'sample')}.")

@@ -33,9 +33,7 @@ def on_synthetic(
     alpha, only = round(samples / 8.05), "-stress-only" if recorded else ""
     size = forecast.by_the_paper(setup, SYNTHETIC_PARTICLES, box, samples, iterations)
     said = ", stress only" if recorded else ""
-    return calibrations(
-        f"{box}, α = {alpha}{said}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, size, needs_synthetic(setup)
-    )
+    return calibrations(f"{box}, α = {alpha}{said}", f"synthetic-{box.replace(' ', '-')}-alpha-{alpha}{only}", make, seeds, size, needs_synthetic(setup))
 
 
 def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterable[int], recorded: tuple[str, ...] = ()) -> Case:

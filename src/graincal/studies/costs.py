@@ -25,9 +25,7 @@ class Costs:
     def of(cls, result: Result) -> Costs:
         steps, hours = result.detail("steps"), result.seconds[:, 0] / 3600
         rows = [result.iteration == each.index for each in result.iterations]
-        return cls(
-            tuple(hours[each] for each in rows), tuple(steps[each] for each in rows), result.failures, int(np.sum(np.isnan(steps) & result.failed))
-        )
+        return cls(tuple(hours[each] for each in rows), tuple(steps[each] for each in rows), result.failures, int(np.sum(np.isnan(steps) & result.failed)))
 
     @property
     def evaluations(self) -> int:

@@ -17,17 +17,14 @@ from graincal.studies.settings import OBSERVABLES
 def over_strain(name: str, title: str, caption: str, curves: Mapping[str, Response], references: Mapping[str, Reference] | None = None) -> Figure:
     """A panel for each observable, with a curve of each response and points of each reference, by their names."""
     panels = tuple(
-        Panel(quantity(column).title, _strain_axis(), Axis(quantity(column).axis), tuple(_marks(column, curves, references or {})))
-        for column in OBSERVABLES
+        Panel(quantity(column).title, _strain_axis(), Axis(quantity(column).axis), tuple(_marks(column, curves, references or {}))) for column in OBSERVABLES
     )
     return Figure(name, title, caption, panels, columns=2)
 
 
 def _marks(column: str, curves: Mapping[str, Response], references: Mapping[str, Reference]) -> list[Mark]:
     scale = quantity(column).scale
-    points = [
-        Points(100 * each.control, scale * each.measured[column], REFERENCE, name) for name, each in references.items() if column in each.measured
-    ]
+    points = [Points(100 * each.control, scale * each.measured[column], REFERENCE, name) for name, each in references.items() if column in each.measured]
     lines = [Line(100 * run.control, scale * run.values[column], distinct(number), name) for number, (name, run) in enumerate(curves.items())]
     return points + lines
 

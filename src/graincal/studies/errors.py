@@ -62,9 +62,7 @@ class Errors(Study):
             lines += rows(f"iteration {number}", PRINTED.get(number, {}), there, scatter, (STRESS, STRAIN, ERROR), missing=calibrated.missing)
         table = Table("errors", "Errors of the most probable sample along the iterations", tuple(lines))
         figures = {18: _figure(along[0])} if along else {}
-        notes = (
-            'The method "posterior" is not beside: it has no iterations whose samples follow from those before, and no most probable one among them.',
-        )
+        notes = ('The method "posterior" is not beside: it has no iterations whose samples follow from those before, and no most probable one among them.',)
         return Findings((table,), figures, _conclusions(along, _last_gl_errors(results), scatter), notes)
 
 

@@ -111,10 +111,7 @@ def _table_11(
     for setting, many in (*ours.items(), ("mid", by_posterior)):
         method = POSTERIOR if setting == "mid" else ITERATIVE
         if many:
-            lines += [
-                Row(f"{setting}, our parameters", FABRIC[name], None, tuple(errors[name] for _, errors in many), single[name], method)
-                for name in FABRIC
-            ]
+            lines += [Row(f"{setting}, our parameters", FABRIC[name], None, tuple(errors[name] for _, errors in many), single[name], method) for name in FABRIC]
     return Table(11, "Errors of the fabric", tuple(lines))
 
 
@@ -159,9 +156,7 @@ def _conclusions(apart: Mapping[str, dict[str, float]], scatter: Mapping[str, fl
     by_grade = [smaller(error(good, name), error(poor, name)) for name in ("coordination_number", "a_c", "a_n") for poor in POOR for good in GOOD]
     correlations = _correlations(every)
     with_stress = [
-        correlation_at_least(
-            f"the correlation of the errors of stress ratio and {shown[name]}", correlations.get((STRESS, name), np.nan), len(every), 0.7
-        )
+        correlation_at_least(f"the correlation of the errors of stress ratio and {shown[name]}", correlations.get((STRESS, name), np.nan), len(every), 0.7)
         for name in FABRIC
     ]
     return conclusions(

@@ -131,9 +131,7 @@ def cut(found: Sequence[Fit]) -> str:
     return f"{how_many}cut at {those[0].last + 1} iterations"
 
 
-def values(
-    name: str, found: Sequence[Fit], quantity: str, floor: Mapping[str, float], unit: str = " %", elsewhere: Elsewhere | None = None
-) -> Values:
+def values(name: str, found: Sequence[Fit], quantity: str, floor: Mapping[str, float], unit: str = " %", elsewhere: Elsewhere | None = None) -> Values:
     """What a conclusion speaks of: a quantity of the calibrations of one setting. That these were cut is said with its name. Parameters and
     iterations have no floor but the spread of the seeds.
     """

@@ -17,6 +17,5 @@ from graincal.studies.times import Times
 TITLE = "The studies of Hartmann, Cheng, Thornton (2022), repeated with graincal"
 
 STUDIES: dict[str, Study] = {
-    study.name: study
-    for study in (MonteCarlo(), Particles(), Solutions(), Proof(), RangeAlpha(), Pressures(), Fabric(), Times(), Errors(), StressOnly())
+    study.name: study for study in (MonteCarlo(), Particles(), Solutions(), Proof(), RangeAlpha(), Pressures(), Fabric(), Times(), Errors(), StressOnly())
 }

@@ -60,9 +60,7 @@ class Values:
     elsewhere: Elsewhere | None = None
 
     @classmethod
-    def of_finite(
-        cls, name: str, values: Iterable[float], floor: float | None, unit: str = " %", of: str = SEED, elsewhere: Elsewhere | None = None
-    ) -> Values:
+    def of_finite(cls, name: str, values: Iterable[float], floor: float | None, unit: str = " %", of: str = SEED, elsewhere: Elsewhere | None = None) -> Values:
         """Those that are finite. floor: None where it is not known."""
         return cls(name, tuple(float(value) for value in values if np.isfinite(value)), np.nan if floor is None else floor, unit, of, elsewhere)
 
@@ -173,9 +171,7 @@ def correlation_at_least(name: str, correlation: float, count: int, limit: float
         return Judgement(CANNOT_BE_TOLD, f"{sentence(name)} is not known: it was not run.")
     wide = SURE / np.sqrt(count - 3)
     low, high = np.tanh(np.arctanh(np.clip(correlation, -0.9999, 0.9999)) + np.array([-wide, wide]))
-    said = (
-        f"{sentence(name)} is {correlation:.2f}, and its interval of 95 % is {low:.2f} to {high:.2f} by {count} calibrations; the limit is {limit:g}"
-    )
+    said = f"{sentence(name)} is {correlation:.2f}, and its interval of 95 % is {low:.2f} to {high:.2f} by {count} calibrations; the limit is {limit:g}"
     if low <= limit <= high:
         return Judgement(CANNOT_BE_TOLD, f"{said}: it lies within.")
     return Judgement(HOLDS if low > limit else DOES_NOT_HOLD, f"{said}.")

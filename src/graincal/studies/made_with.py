@@ -44,9 +44,7 @@ def check_made_with(setup: Setup, folder: Path) -> None:
         how = "with" if setup.size.particles is None else "without"
         raise InputError(f"{folder}: the work in this folder was made {how} --quick, and reproduce needs a folder of its own.")
     if kept and (others := [name for name, digest in now["files"].items() if kept["files"].get(name, digest) != digest]):
-        raise InputError(
-            f"{setup.data / others[0]}: the work in {folder} was made with another file of this name, and reproduce needs a folder of its own."
-        )
+        raise InputError(f"{setup.data / others[0]}: the work in {folder} was made with another file of this name, and reproduce needs a folder of its own.")
     together = {"size": now["size"], "files": (kept["files"] if kept else {}) | now["files"]}
     if together != kept:
         _write(path, together)

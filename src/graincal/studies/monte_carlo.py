@@ -75,11 +75,7 @@ class MonteCarlo(Study):
     def findings(self, setup: Setup, done: Done) -> Findings:
         at = [_found(setup, done, pressure) for pressure in PRESSURES]
         results = {each.name: done.results(_cases(setup, each.pressure)["GL"]) for each in at}
-        series = {
-            f"{name}, seed {result.calibration.seed}": [one.gl_error for one in result.iterations]
-            for name, many in results.items()
-            for result in many
-        }
+        series = {f"{name}, seed {result.calibration.seed}": [one.gl_error for one in result.iterations] for name, many in results.items() for result in many}
         notes = (
             "The paper does not say how many samples its Monte Carlo filter had: it is run with 80, which are iteration 0 of the iterative filter, "
             f"and with {AS_MANY}, as many as the paper's iterative filter took at 0.5 MPa.",
@@ -140,15 +136,11 @@ def _errors_table(at: Sequence[_At]) -> Table:
         medians = [float(np.median([fit.errors[quantity] for fit in each.found[who]])) for each in at if each.found[who]]
         for which, value, ours in zip(("smallest", "largest"), printed, (min(medians, default=np.nan), max(medians, default=np.nan))):
             # Over two pressures they are no numbers that compare with the paper's.
-            lines.append(
-                Row(f"{who}, {which} of three pressures", quantity, value, (ours,) if len(medians) == len(PRESSURES) else (), missing=missing)
-            )
+            lines.append(Row(f"{who}, {which} of three pressures", quantity, value, (ours,) if len(medians) == len(PRESSURES) else (), missing=missing))
     for each in at:
         for quantity in (STRESS, STRAIN):
             factors = [one.errors[quantity] / other.errors[quantity] for one, other in zip(each.found["MC"], each.found["GL"])]
-            lines.append(
-                Row(f"{each.name}, MC over GL", quantity, FACTORS[quantity] if each.pressure == 0.5e6 else None, tuple(factors), missing=each.missing)
-            )
+            lines.append(Row(f"{each.name}, MC over GL", quantity, FACTORS[quantity] if each.pressure == 0.5e6 else None, tuple(factors), missing=each.missing))
     notes = ("Ours over all pressures are of the medians over seeds, and where all three are there. The last three rows are ratios, seed by seed.",)
     return Table("monte-carlo", "Errors of both filters", tuple(lines), notes)
 
@@ -157,9 +149,7 @@ def _conclusions(at: Sequence[_At]) -> tuple[Conclusion, ...]:
     claims = {}
     for each in at:
         printed = " (the paper: 3.77 and 4.10 times)" if each.pressure == 0.5e6 else ""
-        claims[f"At {each.name} the iterative filter fits both observables better than the Monte Carlo filter with {AS_MANY} samples{printed}."] = (
-            _better(each)
-        )
+        claims[f"At {each.name} the iterative filter fits both observables better than the Monte Carlo filter with {AS_MANY} samples{printed}."] = _better(each)
     middle = next(each for each in at if each.pressure == 0.5e6)
     claims["At 0.5 MPa both filters end in different minima: ν, β_{m} and η_{m} differ."] = _other_minimum(middle)
     claims["log E and ν rise, and φ falls, with the confining pressure."] = _by_pressure(at)

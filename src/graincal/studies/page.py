@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from graincal.studies.running import Plan
 
 
-def render(
-    found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan, title: str, failed: Mapping[str, str], broken: Mapping[str, str]
-) -> str:
+def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan, title: str, failed: Mapping[str, str], broken: Mapping[str, str]) -> str:
     """The whole page. failed: why work could not be run, by its name. broken: why a study's numbers could not be evaluated, by its name."""
     page = Page(title, _subtitle(setup))
     page.heading("What came out")
@@ -38,9 +36,7 @@ def render(
             "note",
         )
         if findings.conclusions:
-            page.table(
-                Shown(("conclusion", "by graincal", "why"), tuple((_claim(each), *_judged(each, setup)) for each in findings.conclusions), figures=3)
-            )
+            page.table(Shown(("conclusion", "by graincal", "why"), tuple((_claim(each), *_judged(each, setup)) for each in findings.conclusions), figures=3))
         for table in findings.tables:
             page.subheading(table.heading)
             page.table(beside(table))

@@ -31,10 +31,7 @@ PRINTED = {
 }
 """Table 4, in the order of the parameters and errors; the last iteration of that of 2,000 is of the text."""
 
-DIFFER = {
-    name: max(each[column] for each in PRINTED.values()) - min(each[column] for each in PRINTED.values())
-    for column, name in enumerate(paper.PARAMETERS)
-}
+DIFFER = {name: max(each[column] for each in PRINTED.values()) - min(each[column] for each in PRINTED.values()) for column, name in enumerate(paper.PARAMETERS)}
 """What the paper's six calibrations differ by in each parameter, which it calls no trend."""
 
 
@@ -49,9 +46,7 @@ def on_toyoura_by_posterior(setup: Setup, particles: int, seeds: Iterable[int]) 
     """The same by the method "posterior"."""
     make = lambda seed: setup.by_the_posterior(*_parts(setup, particles), seed=seed)  # noqa: E731
     size = forecast.by_the_posterior(setup, particles, "mid")
-    return calibrations(
-        f"{named(setup, particles)}, posterior", f"{_folder(setup, particles)}-stress-trusted-posterior", make, seeds, size, _missing(setup)
-    )
+    return calibrations(f"{named(setup, particles)}, posterior", f"{_folder(setup, particles)}-stress-trusted-posterior", make, seeds, size, _missing(setup))
 
 
 class Particles(Study):
@@ -79,9 +74,7 @@ class Particles(Study):
         figures = {}
         if curves:
             references = {"measured": setup.toyoura(PRESSURE, STRESS_TRUSTED)}
-            figures[6] = over_strain(
-                "figure-06", "Toyoura sand at 0.5 MPa by packings of several sizes", "The first seed of each.", curves, references
-            )
+            figures[6] = over_strain("figure-06", "Toyoura sand at 0.5 MPa by packings of several sizes", "The first seed of each.", curves, references)
         return Findings((Table(4, "Parameters by the number of particles", tuple(lines), _notes()),), figures, _conclusions(found, floors))
 
 
@@ -126,8 +119,7 @@ def _notes() -> tuple[str, ...]:
     return (
         "ε counts the stress ratio four times as much as volumetric strain (Eq. 6 with shares of 0.2 and 0.8).",
         "Packings that the data folder lacks are prepared by graincal, with the same void ratio and grading, and are another sample of the material.",
-        f'The method "posterior" is run with up to {MOST_BY_POSTERIOR} particles: '
-        "on larger packings its 800 runs would take most of the time of all studies.",
+        f'The method "posterior" is run with up to {MOST_BY_POSTERIOR} particles: on larger packings its 800 runs would take most of the time of all studies.',
     )
 
 

@@ -65,9 +65,7 @@ def _cases(setup: Setup, done: Done, pressure: float) -> dict[str, Case]:
 
     return {
         "truth": runs_at(setup, f"the exact parameters {named}", f"runs-at-truth-{at_pressure}", [paper.TRUTH], pressure=pressure),
-        "paper": runs_at(
-            setup, f"the paper's calibrated parameters {named}", f"runs-at-calibrated-{at_pressure}", [paper.CALIBRATED], pressure=pressure
-        ),
+        "paper": runs_at(setup, f"the paper's calibrated parameters {named}", f"runs-at-calibrated-{at_pressure}", [paper.CALIBRATED], pressure=pressure),
         ITERATIVE: own("our calibrated parameters", "runs-at-own", proof(setup)),
         POSTERIOR: own('our answers by "posterior"', "runs-at-posterior", proof_by_posterior(setup, done)),
     }

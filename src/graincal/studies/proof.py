@@ -59,9 +59,7 @@ def _of_exact(done: Done, truth: Case, reference: Reference | None) -> list[dict
 
 def _table(found: Mapping[str, Sequence[Fit]], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float], missing: str) -> Table:
     lines = [Row("synthetic", name, value, (value,)) for name, value in zip(paper.PARAMETERS, paper.TRUTH)]
-    lines += [
-        Row("exact parameters, run again", name, None, tuple(each[name] for each in exact), scatter.get(name)) for name in (STRESS, STRAIN, ERROR)
-    ]
+    lines += [Row("exact parameters, run again", name, None, tuple(each[name] for each in exact), scatter.get(name)) for name in (STRESS, STRAIN, ERROR)]
     lines += rows("calibrated", PRINTED, found[ITERATIVE], scatter, (*QUANTITIES, ITERATIONS), missing=missing)
     lines += rows("calibrated", PRINTED, found[POSTERIOR], scatter, method=POSTERIOR)
     for method, many in found.items():
@@ -85,9 +83,7 @@ def _figures(results: Sequence[Result], found: Mapping[str, Sequence[Fit]], refe
     return figures
 
 
-def _conclusions(
-    results: Sequence[Result], found: Sequence[Fit], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float]
-) -> tuple[Conclusion, ...]:
+def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequence[Mapping[str, float]], scatter: Mapping[str, float]) -> tuple[Conclusion, ...]:
     errors = values("ε of the calibrated parameters", found, ERROR, scatter)
     how = f" ({said})" if (said := cut(found)) else ""
     last = Values.of_finite(f"the GL error of the last iteration{how}", [result.iterations[-1].gl_error for result in results], scatter.get(ERROR))

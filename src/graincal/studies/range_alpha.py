@@ -119,9 +119,7 @@ def posteriors_by_box(setup: Setup, done: Done) -> dict[str, Case]:
 
 
 def _tables(found: Mapping[Setting, list[Fit]], posteriors: Mapping[str, list[Fit]], scatter: Mapping[str, float], missing: str) -> tuple[Table, ...]:
-    ranges = tuple(
-        Row(box, f"log E {end}", float(value), (float(value),)) for box, limits in paper.BOXES.items() for end, value in zip(("from", "to"), limits)
-    )
+    ranges = tuple(Row(box, f"log E {end}", float(value), (float(value),)) for box, limits in paper.BOXES.items() for end, value in zip(("from", "to"), limits))
 
     def table(number: int, title: str, extra: bool) -> Table:
         lines = []
@@ -142,9 +140,7 @@ def _figures(results: Mapping[Setting, list[Result]], found: Mapping[Setting, li
     figures, first = {}, {setting.name: many[0] for setting, many in results.items() if many}
     usual = {name: [each.gl_error for each in result.iterations] for name, result in first.items() if not name.startswith("extra")}
     if usual:
-        figures[11] = over_iterations(
-            "figure-11", "GL error over iterations", "Eq. 7, the first seed of each setting of Table 8.", usual, "ε_{GL} [%]"
-        )
+        figures[11] = over_iterations("figure-11", "GL error over iterations", "Eq. 7, the first seed of each setting of Table 8.", usual, "ε_{GL} [%]")
     for number, extra, what in ((12, False, "Table 8"), (13, True, "Table 9")):
         curves = {setting.name: many[0].response for setting, many in found.items() if many and (setting.box == "extra wide") == extra}
         if curves and reference:
@@ -163,9 +159,7 @@ def _grades(found: Mapping[Setting, list[Fit]]) -> Figure:
             groups.setdefault(grade(float(np.median([each.errors[ERROR] for each in many]))), []).append((setting.width, setting.alpha))
     marks = [Points(*np.array(groups[word]).T, style, f"{word}: {limits}") for word, (style, limits) in _GRADES.items() if word in groups]
     panel = Panel("", Axis("width of the range of log E [log_{10} Pa]", (0, 10)), Axis("α", (0, 35)), tuple(marks))
-    return Figure(
-        "figure-17", "Which settings end in a good fit", "The median over seeds of the error ε of the calibrated parameters.", (panel,), columns=1
-    )
+    return Figure("figure-17", "Which settings end in a good fit", "The median over seeds of the error ε of the calibrated parameters.", (panel,), columns=1)
 
 
 _GRADES = {
@@ -203,9 +197,7 @@ def _conclusions(found: Mapping[Setting, list[Fit]], scatter: Mapping[str, float
         {
             "With α = 5 no range ends in an optimal fit: ε is above 2 %.": all_of([at_least(error(box, 5), OPTIMAL) for box in usual]),
             "The three calibrations with α = 5 have the largest log E of the nine.": all_of(larger),
-            "α = 10 is enough for ranges of up to four decades: ε is below 2 %.": all_of(
-                [at_most(error(box, 10), OPTIMAL) for box in ("small", "mid")]
-            ),
+            "α = 10 is enough for ranges of up to four decades: ε is below 2 %.": all_of([at_most(error(box, 10), OPTIMAL) for box in ("small", "mid")]),
             "The wide range needs α = 20: with α = 10 ε is larger.": smaller(error("wide", 20), error("wide", 10)),
             "The extra wide range needs α = 30: with α = 20 ε is larger.": smaller(error("extra wide", 30), error("extra wide", 20)),
             "The small range ends worse than the mid one, with the same α.": all_of(
@@ -236,6 +228,4 @@ def _s_alone(found: Mapping[Setting, list[Fit]], error: Callable[[str, int], Val
         return Judgement(HOLDS, f"{above[0].reason} This is so of {len(above)} of {len(judged)} settings that ended by s.")
     if judged and all(each.verdict == DOES_NOT_HOLD for each in judged):
         return Judgement(DOES_NOT_HOLD, f"All {len(judged)} settings that ended by s are below.")
-    return Judgement(
-        CANNOT_BE_TOLD, f"Of {len(judged)} settings that ended by s none is above 2 % for certain." if judged else "Nothing of it was run."
-    )
+    return Judgement(CANNOT_BE_TOLD, f"Of {len(judged)} settings that ended by s none is above 2 % for certain." if judged else "Nothing of it was run.")

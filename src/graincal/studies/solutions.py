@@ -82,9 +82,7 @@ def _table(results: Sequence[Result], posteriors: Sequence[Posterior], missing: 
 
 def _ended(found, missing: str) -> Table:
     """When the calibration ended, of the text."""
-    return Table(
-        "solutions", "The last iteration", tuple(rows(f"{PARTICLES} particles", {ITERATIONS: LAST}, found, {}, (ITERATIONS,), missing=missing))
-    )
+    return Table("solutions", "The last iteration", tuple(rows(f"{PARTICLES} particles", {ITERATIONS: LAST}, found, {}, (ITERATIONS,), missing=missing)))
 
 
 def _correlations(result: Result) -> NDArray[np.float64]:
@@ -104,8 +102,7 @@ def _planes(result: Result) -> Figure:
     panels = []
     for first, second in combinations(range(len(paper.PARAMETERS)), 2):
         marks = tuple(
-            Points(each.samples.theta[:, first], each.samples.theta[:, second], style, f"iteration {each.index}")
-            for each, style in zip(iterations, styles)
+            Points(each.samples.theta[:, first], each.samples.theta[:, second], style, f"iteration {each.index}") for each, style in zip(iterations, styles)
         )
         panels.append(Panel("", Axis(labels[paper.PARAMETERS[first]]), Axis(labels[paper.PARAMETERS[second]]), marks))
     caption = "Iteration 0 fills the ranges evenly; later ones gather where samples fit."
@@ -120,9 +117,7 @@ def _bundles(result: Result, reference: Reference) -> Figure:
     for each in result.iterations[: SHOWN - 1]:
         lines = [Line(100 * run.control, run.values[name], style, key) for run in _best_runs(result, each)]
         panels.append(Panel(f"iteration {each.index}", Axis("axial strain [%]"), Axis(quantity(name).axis), (*lines, measured)))
-    return Figure(
-        "figure-08", "Responses of the samples of the largest weight", "The bundle narrows from iteration to iteration.", tuple(panels), columns=3
-    )
+    return Figure("figure-08", "Responses of the samples of the largest weight", "The bundle narrows from iteration to iteration.", tuple(panels), columns=3)
 
 
 def _best_runs(result: Result, iteration: Iteration) -> list:

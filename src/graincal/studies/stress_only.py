@@ -86,9 +86,7 @@ def _bands_of(setup: Setup, done: Done, name: str, posterior: Case) -> list[Case
         of_seed = Case(posterior.setting, (work,))
         folder = f"runs-at-draws-{name.replace(' ', '-')}" + (f"-seed-{seed}" if seed > 1 else "")
         cases.append(
-            runs_after(
-                setup, f"runs at draws of the posterior of {name}, seed {seed}", folder, lambda of_seed=of_seed: _draws(done, of_seed), DRAWS, of_seed
-            )
+            runs_after(setup, f"runs at draws of the posterior of {name}, seed {seed}", folder, lambda of_seed=of_seed: _draws(done, of_seed), DRAWS, of_seed)
         )
     return cases
 
@@ -114,9 +112,7 @@ def _rows(found: Mapping[str, Sequence[Fit]], at_seven: Sequence[Fit], scatter: 
     return lines + rows(f"{ALONE}, at the end", {}, found[ALONE], scatter, (STRESS, STRAIN, ITERATIONS), missing=missing)
 
 
-def _rows_by_posterior(
-    by_posterior: Mapping[str, Sequence[Fit]], runs: Mapping[str, Sequence[Sequence[Response]]], scatter: Mapping[str, float]
-) -> list[Row]:
+def _rows_by_posterior(by_posterior: Mapping[str, Sequence[Fit]], runs: Mapping[str, Sequence[Sequence[Response]]], scatter: Mapping[str, float]) -> list[Row]:
     lines = []
     for name, setting in ((BOTH_OF, BOTH_OF), (ALONE, f"{ALONE}, at the end")):
         lines += rows(setting, PRINTED[name] if name == BOTH_OF else {}, by_posterior[name], scatter, (STRESS, STRAIN), POSTERIOR)

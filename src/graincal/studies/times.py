@@ -84,8 +84,7 @@ class Times(Study):
 
 
 _OF_OTHER_MACHINES = (
-    "Of the first seed of each setting. Hours of two machines and two programs do not compare; "
-    "what does is how many runs are much longer than the others."
+    "Of the first seed of each setting. Hours of two machines and two programs do not compare; what does is how many runs are much longer than the others."
 )
 
 
@@ -151,9 +150,7 @@ def _inset_rows(first: Mapping[str, Costs], missing: str) -> list[Row]:
 def _figure(first: Mapping[str, Costs]) -> Figure:
     def panel(title: str, label: str, series: Mapping[str, NDArray[np.float64]]) -> Panel:
         shown = {name: values[: SHOWN + 1] for name, values in series.items()}
-        lines = tuple(
-            Line(np.arange(len(values), dtype=float), values, distinct(number), name) for number, (name, values) in enumerate(shown.items())
-        )
+        lines = tuple(Line(np.arange(len(values), dtype=float), values, distinct(number), name) for number, (name, values) in enumerate(shown.items()))
         return Panel(title, iterations(shown.values()), Axis(label), lines)
 
     panels = [
@@ -164,9 +161,7 @@ def _figure(first: Mapping[str, Costs]) -> Figure:
     ]
     if INSET in first:
         panels += [_histogram(number, first[INSET]) for number in COUNTS if number < len(first[INSET].hours)]
-    caption = (
-        "The first seed of each setting, on one core. Steps do not depend on the machine and its other work. Below, the inset of the paper's figure."
-    )
+    caption = "The first seed of each setting, on one core. Steps do not depend on the machine and its other work. Below, the inset of the paper's figure."
     return Figure("figure-16", "Times along the iterations", caption, tuple(panels), columns=2)
 
 
@@ -205,9 +200,7 @@ def _conclusions(found: Mapping[str, Sequence[Costs]], cuts: Mapping[str, str], 
         return of("the sum of all runs", f"{box}, α = {alpha}", lambda each: each.all_steps)
 
     ratios = [each.gained for each in several]
-    gained = Values.of_finite(
-        f"what is gained with {SEVERAL}", ratios, None if floor is None or not ratios else floor * float(np.median(ratios)), " times"
-    )
+    gained = Values.of_finite(f"what is gained with {SEVERAL}", ratios, None if floor is None or not ratios else floor * float(np.median(ratios)), " times")
     boxes = ("small", "mid", "wide")
     return conclusions(
         {

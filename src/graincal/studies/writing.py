@@ -25,9 +25,7 @@ PAGE = "index.html"
 COLUMNS = ("setting", "quantity", "paper", "graincal median", "low", "high", "floor")
 
 
-def write(
-    studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]
-) -> tuple[Path, dict[str, str]]:
+def write(studies: Sequence[Study], setup: Setup, done: Done, plan: Plan, folder: Path, title: str, failed: Mapping[str, str]) -> tuple[Path, dict[str, str]]:
     """Write all of it; the page's path, and the studies whose numbers could not be evaluated, by name, with why.
 
     Raises FolderError where the folder cannot be written.

@@ -66,7 +66,9 @@ def _latest(store: Store) -> Figure | None:
         axis, x = control_axis(experiment)
         for name in experiment.reference.names:
             shown = quantity(name)
-            marks: list[Mark] = [Line(on_axis(experiment, run.control), np.asarray(run.values[name]) * shown.scale, _RUN, "last runs") for run in runs if name in run.values]
+            marks: list[Mark] = [
+                Line(on_axis(experiment, run.control), np.asarray(run.values[name]) * shown.scale, _RUN, "last runs") for run in runs if name in run.values
+            ]
             marks.append(measured_points(experiment, name, x))
             panels.append(Panel(f"{experiment.name}: {shown.title}" if several else shown.title, axis, Axis(shown.axis), tuple(marks)))
     caption = f"The responses of the runs that ended last, {MOST_CURVES} at most, before they are weighed against each other."

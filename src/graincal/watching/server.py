@@ -27,7 +27,12 @@ HEARTBEAT = 10.0
 """Seconds after which a stream without news says that it is there, and finds out whether anybody is."""
 
 _PRINTED = re.compile("/printed/([0-9]{1,9})/([0-9]{1,4})")
-_ASSETS = {"/": ("watching", "watch.html", "text/html"), "/watch.js": ("watching", "watch.js", "text/javascript"), "/watch.css": ("watching", "watch.css", "text/css"), "/page.css": ("report", "page.css", "text/css")}
+_ASSETS = {
+    "/": ("watching", "watch.html", "text/html"),
+    "/watch.js": ("watching", "watch.js", "text/javascript"),
+    "/watch.css": ("watching", "watch.css", "text/css"),
+    "/page.css": ("report", "page.css", "text/css"),
+}
 # A redirection would be the navigation of whichever site the link stands on, and a strict cookie is not sent on that.
 _ENTER = '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta http-equiv="refresh" content="0;url=/"><title>graincal</title></head><body><p><a href="/">Go on</a></p></body></html>'
 

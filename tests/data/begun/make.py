@@ -34,14 +34,24 @@ def engine():
     test = gc.TriaxialTest(prepare(200, 0.68, seed=1), 0.5e6, fixed={"nu": 0.2, "beta_m": 0.1, "eta_m": 0.3})
     (run,) = test.simulate([[8.4, 30.0]], at=STRAINS)
     reference = gc.Reference(STRAINS, {name: run.values[name] for name in ("stress_ratio", "volumetric_strain")}, simulated=True)
-    return gc.campaign.Calibration(SPACE, [gc.Experiment("0.5 MPa", test, reference)], "iterative-bayesian", {"alpha": 12}, gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=3), 3, 2)
+    return gc.campaign.Calibration(
+        SPACE,
+        [gc.Experiment("0.5 MPa", test, reference)],
+        "iterative-bayesian",
+        {"alpha": 12},
+        gc.Stop(s=False, gl_error_increment=False, error=False, error_increment=False, max_iterations=3),
+        3,
+        2,
+    )
 
 
 def function():
     at = respond((3.0, 0.01, 0.3))
     reference = gc.Reference(STRAINS, at, measurement_errors={"stress_ratio": 0.05, "volumetric_strain": 0.0003})
     stop = gc.Stop(max_evaluations=30)
-    return gc.campaign.Calibration(CURVE, [gc.Experiment("curve", gc.PythonModel(respond), reference)], "posterior", {"first_batch": 12, "batch": 6, "ahead": 1}, stop, 3, 2)
+    return gc.campaign.Calibration(
+        CURVE, [gc.Experiment("curve", gc.PythonModel(respond), reference)], "posterior", {"first_batch": 12, "batch": 6, "ahead": 1}, stop, 3, 2
+    )
 
 
 CAMPAIGNS = {"engine": (engine, 25), "function": (function, 16)}

@@ -53,7 +53,14 @@ class Case:
         return path
 
     def outcome(self, folder: Path) -> Outcome:
-        return read(self.write(folder), self.options, packing(self.void_ratio, folder), folder / f"case_{self.number:03d}.toml", self.wanted, ASKED[self.name] if self.group == DEPRIVED else "")
+        return read(
+            self.write(folder),
+            self.options,
+            packing(self.void_ratio, folder),
+            folder / f"case_{self.number:03d}.toml",
+            self.wanted,
+            ASKED[self.name] if self.group == DEPRIVED else "",
+        )
 
 
 @cache

@@ -163,7 +163,9 @@ def with_stages(test: Truth, from_zero: bool) -> tuple[Truth, list[int]]:
     deviator = [np.full(6, 1e3), 2e3 * (1 - on) ** 0.5, test.of("deviator_stress")]
     pore = [test.back_pressure * up, np.full(7, test.back_pressure), test.pore_pressure]
     joined = [np.concatenate(parts) for parts in (axial, volumetric, lateral, deviator, pore)]
-    whole = replace(test, axial_strain=joined[0], volumetric_strain=joined[1], axial_stress=joined[2] + joined[3], lateral_stress=joined[2], pore_pressure=joined[4])
+    whole = replace(
+        test, axial_strain=joined[0], volumetric_strain=joined[1], axial_stress=joined[2] + joined[3], lateral_stress=joined[2], pore_pressure=joined[4]
+    )
     return whole, [1] * 6 + [2] * 7 + [3] * len(test.axial_strain)
 
 

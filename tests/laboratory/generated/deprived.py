@@ -50,7 +50,14 @@ def _draft(rng: random.Random, **wanted: str) -> Draft:
 
 def total_stresses_alone(rng: random.Random) -> Draft:
     draft = _draft(
-        rng, family=COMPRESSION, stress="totals, u", strain=FEW_STRAINS, kind_from="remark", named="no", style="symbols|letters", stress_unit=UNITS_OF_LABORATORIES
+        rng,
+        family=COMPRESSION,
+        stress="totals, u",
+        strain=FEW_STRAINS,
+        kind_from="remark",
+        named="no",
+        style="symbols|letters",
+        stress_unit=UNITS_OF_LABORATORIES,
     )
     draft.drop("pore_pressure")
     value = f" of {draft.test.back_pressure / 1e3:.0f} kPa" if rng.random() < 0.5 else ""
@@ -67,7 +74,9 @@ def unknown_unit(rng: random.Random) -> Draft:
 
 
 def bare_stresses(rng: random.Random) -> Draft:
-    draft = _draft(rng, family=COMPRESSION, stress="q, lateral|axial, lateral|p, q", strain=FEW_STRAINS, style=UNIT_IN_CELL, named="no", stress_unit=UNITS_OF_LABORATORIES)
+    draft = _draft(
+        rng, family=COMPRESSION, stress="q, lateral|axial, lateral|p, q", strain=FEW_STRAINS, style=UNIT_IN_CELL, named="no", stress_unit=UNITS_OF_LABORATORIES
+    )
     for column in draft.columns:
         column.unit = "" if column.unit in PRESSURES else column.unit
     return draft
@@ -81,7 +90,16 @@ def mixed_strain_units(rng: random.Random) -> Draft:
 
 def q_against_strain(rng: random.Random) -> Draft:
     family, stress = rng.choice([("drained dense", "q, lateral|p, q"), ("drained extension", "q, lateral")])
-    draft = _draft(rng, family=family, stress=stress, strain="axial", sign="compression positive", kind_from="option", measure_from="option", style="symbols|letters|name [unit]")
+    draft = _draft(
+        rng,
+        family=family,
+        stress=stress,
+        strain="axial",
+        sign="compression positive",
+        kind_from="option",
+        measure_from="option",
+        style="symbols|letters|name [unit]",
+    )
     column = draft.column("axial_strain" if draft.test.extends else "deviator_stress")
     column.values = -column.values
     return draft
@@ -128,14 +146,18 @@ def no_confining_pressure(rng: random.Random) -> Draft:
 
 def no_measure_of_strain(rng: random.Random) -> Draft:
     # Total stresses that are not called so are asked about before.
-    draft = _draft(rng, strain="axial|axial, volumetric|axial, radial", measure_from="remark|option", stress="q, lateral|axial, lateral|p, q|lateral, u, q|ratio|q")
+    draft = _draft(
+        rng, strain="axial|axial, volumetric|axial, radial", measure_from="remark|option", stress="q, lateral|axial, lateral|p, q|lateral, u, q|ratio|q"
+    )
     draft.remarks.pop("measure", None)
     draft.options.pop("measure", None)
     return draft
 
 
 def effective_and_total_swapped(rng: random.Random) -> Draft:
-    draft = _draft(rng, family=COMPRESSION, stress="total lateral, u, q", strain=FEW_STRAINS, style="symbols|letters|name [unit]|canonical", kind_from="remark|option")
+    draft = _draft(
+        rng, family=COMPRESSION, stress="total lateral, u, q", strain=FEW_STRAINS, style="symbols|letters|name [unit]|canonical", kind_from="remark|option"
+    )
     total = draft.column("total_lateral_stress")
     style = draft.choice["style"]
     names = {"symbols": ("σ3", "σ3'"), "letters": ("sigma3", "sigma3'"), "canonical": ("total_lateral_stress", "lateral_stress")}
@@ -190,7 +212,14 @@ def no_kind(rng: random.Random) -> Draft:
 
 
 def two_columns_disagree(rng: random.Random) -> Draft:
-    draft = _draft(rng, family=COMPRESSION, stress="axial, lateral", strain=FEW_STRAINS, style="canonical|name [unit]|name (unit)|symbols|letters", sign="compression positive")
+    draft = _draft(
+        rng,
+        family=COMPRESSION,
+        stress="axial, lateral",
+        strain=FEW_STRAINS,
+        style="canonical|name [unit]|name (unit)|symbols|letters",
+        sign="compression positive",
+    )
     stress = draft.column("axial_stress")
     share = rng.choice([0.5, 0.8, 1.3])
     name = {"canonical": "deviator_stress", "symbols": "q", "letters": "q"}.get(draft.choice["style"], "Deviator stress")
@@ -199,7 +228,14 @@ def two_columns_disagree(rng: random.Random) -> Draft:
 
 
 def remark_against_columns(rng: random.Random) -> Draft:
-    draft = _draft(rng, family="drained dense", stress="q, lateral|axial, lateral", strain="axial, volumetric|axial, volumetric, e", kind_from="remark", style="canonical|name [unit]|symbols|letters")
+    draft = _draft(
+        rng,
+        family="drained dense",
+        stress="q, lateral|axial, lateral",
+        strain="axial, volumetric|axial, volumetric, e",
+        kind_from="remark",
+        style="canonical|name [unit]|symbols|letters",
+    )
     if rng.random() < 0.5:
         draft.remarks["kind"] = "consolidated undrained triaxial compression test"
     else:
@@ -267,7 +303,9 @@ def stage_not_chosen(rng: random.Random) -> Draft:
 
 
 def bare_stresses_at_a_known_pressure(rng: random.Random) -> Draft:
-    draft = _draft(rng, family=COMPRESSION, stress="q, lateral|axial, lateral", strain=FEW_STRAINS, style=UNIT_IN_CELL, named="no", stress_unit="kPa|MPa|bar|psi")
+    draft = _draft(
+        rng, family=COMPRESSION, stress="q, lateral|axial, lateral", strain=FEW_STRAINS, style=UNIT_IN_CELL, named="no", stress_unit="kPa|MPa|bar|psi"
+    )
     for column in draft.columns:
         column.unit = "" if column.unit in PRESSURES else column.unit
     draft.options["pressure"] = ["--confining-pressure", f"{draft.test.pressure:g}"]
@@ -288,8 +326,17 @@ def dense_and_dilating(rng: random.Random) -> Draft:
 
 
 def some_thousands(rng: random.Random) -> Draft:
-    """"824" goes before "1,012": the comma is no decimal mark."""
-    draft = _draft(rng, family="drained dense", stress="q, lateral", strain="axial", stress_unit="kPa", delimiter="semicolon|tab|spaces", kind_from="remark|option", sign="compression positive")
+    """The row of "824" goes before that of "1,012": the comma is no decimal mark."""
+    draft = _draft(
+        rng,
+        family="drained dense",
+        stress="q, lateral",
+        strain="axial",
+        stress_unit="kPa",
+        delimiter="semicolon|tab|spaces",
+        kind_from="remark|option",
+        sign="compression positive",
+    )
     draft.test = truth("drained dense", rng, pressure=400e3)
     draft.choice["decimal"] = "point"
     for column in draft.columns:

@@ -151,7 +151,9 @@ def _told(draft: Draft) -> None:
     elif choice["kind from"] == "option":
         draft.options["kind"] = ["--kind", draft.test.kind]
     if choice["pressure from"] == "remark":
-        draft.remarks["pressure"] = f"{rng.choice(['effective confining pressure:', 'effective confining pressure =', 'confining pressure'])} {draft.test.pressure / 1e3:.0f} kPa"
+        draft.remarks["pressure"] = (
+            f"{rng.choice(['effective confining pressure:', 'effective confining pressure =', 'confining pressure'])} {draft.test.pressure / 1e3:.0f} kPa"
+        )
     elif choice["pressure from"] == "option":
         draft.options["pressure"] = ["--confining-pressure", f"{draft.test.pressure:g}"]
     if choice["measure from"] == "remark":
@@ -222,7 +224,10 @@ def _header_lines(draft: Draft) -> list[str]:
     if style == "two lines":
         return _two_lines(draft, names, units)
     if style == "name, unit":
-        joined = [f"{name}, {'fraction' if unit == '-' and column.quantity in STRAIN_QUANTITIES else unit}".removesuffix(", ") for name, unit, column in zip(names, units, draft.columns)]
+        joined = [
+            f"{name}, {'fraction' if unit == '-' and column.quantity in STRAIN_QUANTITIES else unit}".removesuffix(", ")
+            for name, unit, column in zip(names, units, draft.columns)
+        ]
     else:
         joined = [f"{name} {unit}".strip() for name, unit in zip(names, in_brackets)]
     line = _line(_with_stage(draft, "Stage", joined), draft)

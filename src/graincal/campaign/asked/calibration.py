@@ -37,7 +37,9 @@ def round_of(method: str) -> str:
 
 
 _OF_THE_PAPER = ("alpha", "effective_sample_size", "scale", "covariance", "thin")
-FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "thin", "correlation_length", "discrepancy", "packing_scatter")}
+FILTER_OPTIONS = dict.fromkeys(METHODS, _OF_THE_PAPER) | {
+    POSTERIOR: ("first_batch", "batch", "ahead", "early_stop", "thin", "correlation_length", "discrepancy", "packing_scatter")
+}
 """The options of each method's filter."""
 
 FILLING, MOST_FILLING = 1e10, 60
@@ -165,17 +167,27 @@ class Calibration:
         if self.place is None:
             return
         if self.filter_options.get("early_stop"):
-            raise InputError(f"filter.early_stop must be false where evaluations run by {self.place}: a run there cannot be watched, and would go on to another end than on this machine.")
+            raise InputError(
+                f"filter.early_stop must be false where evaluations run by {self.place}: a run there cannot be watched, and would go on to another end than on this machine."
+            )
         if self.place.executor != PARSL and (timed := [each.name for each in self.experiments if getattr(each.model, "timeout", None) is not None]):
-            raise InputError(f'experiment "{timed[0]}": its model has a timeout, which {self.place} cannot keep; none was expected, or run.executor = "{PARSL}".')
+            raise InputError(
+                f'experiment "{timed[0]}": its model has a timeout, which {self.place} cannot keep; none was expected, or run.executor = "{PARSL}".'
+            )
 
     def check_names(self) -> None:
         """Raise InputError for a name or a unit that cannot be shown as it is. One that was begun before may have some."""
-        given = {"experiment": [each.name for each in self.experiments], "parameter": (*self.space.names, *self.space.fixed), "unit": [unit for unit in (*self.space.units, *self.space.units_of_fixed.values()) if unit]}
+        given = {
+            "experiment": [each.name for each in self.experiments],
+            "parameter": (*self.space.names, *self.space.fixed),
+            "unit": [unit for unit in (*self.space.units, *self.space.units_of_fixed.values()) if unit],
+        }
         given["quantity"] = [name for each in self.experiments for name in (each.reference.control_name, *each.reference.measured)]
         for what, names in given.items():
             if wrong := [name for name in names if not (isinstance(name, str) and is_printable(name, MOST))]:
-                raise InputError(f'the name of {"an" if what == "experiment" else "a"} {what} must be printable text of at most {MOST} characters, not "{printable(wrong[0], 60)}".')
+                raise InputError(
+                    f'the name of {"an" if what == "experiment" else "a"} {what} must be printable text of at most {MOST} characters, not "{printable(wrong[0], 60)}".'
+                )
 
     def new_filter(self, looks: Callable[[int], Found | None] | None = None) -> Filter:
         """The filter before its first sample. looks: what was found by looks at so many evaluations, by the method "posterior"."""
@@ -231,7 +243,9 @@ class Calibration:
         """Raise InputError for options and criteria that the method does not look at."""
         options, this = FILTER_OPTIONS[self.method], _named(self.method)
         if (self.first_look is not None or self.look is not None) and self.method != POSTERIOR:
-            raise InputError(f'{"filter.first_look" if self.look is None else "first_look"} is an option of method = "{POSTERIOR}", and with {this} one of {", ".join(options)} was expected.')
+            raise InputError(
+                f'{"filter.first_look" if self.look is None else "first_look"} is an option of method = "{POSTERIOR}", and with {this} one of {", ".join(options)} was expected.'
+            )
         if self.known is not None and self.method != POSTERIOR:
             raise InputError(f'filter.runs is an option of method = "{POSTERIOR}", and with {this} one of {", ".join(options)} was expected.')
         for name in sorted(set(self.filter_options) - set(options)):

@@ -71,9 +71,7 @@ def restore(description: Mapping[str, Any], **others: Any) -> Calibration:
     first_look = FirstLook(np.array(found["theta"]), tuple(map(np.array, found["responses"]))) if found else None
     look = restore(description["look"]) if "look" in description else None
     stop = Stop(**description["stop"])
-    return Calibration(
-        space, experiments, description["method"], description["filter"], stop, description["seed"], first_look=first_look, look=look, **others
-    )
+    return Calibration(space, experiments, description["method"], description["filter"], stop, description["seed"], first_look=first_look, look=look, **others)
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,12 @@ def _describe_parameters(space: ParameterSpace) -> list[dict[str, Any]]:
     given = space.of_experiment(0)
     unknown = {
         # Left out where it is false, or the usual one.
-        name: {"range": [float(low), float(high)], "unit": unit, **({"scale": scale} if scale != LINEAR else {}), **({"per_experiment": True} if name in space.per_experiment else {})}
+        name: {
+            "range": [float(low), float(high)],
+            "unit": unit,
+            **({"scale": scale} if scale != LINEAR else {}),
+            **({"per_experiment": True} if name in space.per_experiment else {}),
+        }
         for name, low, high, unit, scale in zip(given.names, given.low, given.high, given.units, given.scales)
     }
     fixed = {name: {"fixed": value, "unit": given.units_of_fixed[name]} for name, value in given.fixed.items()}
@@ -141,7 +144,9 @@ def _restore_reference(described: Mapping[str, Any]) -> Reference:
 
 def _describe_known(runs: KnownRuns) -> dict[str, Any]:
     """By a digest of all their numbers, which a store keeps beside."""
-    digest = hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in (runs.theta, *runs.responses, runs.infeasible, runs.missing))).hexdigest()
+    digest = hashlib.sha256(
+        b"".join(np.ascontiguousarray(array).tobytes() for array in (runs.theta, *runs.responses, runs.infeasible, runs.missing))
+    ).hexdigest()
     return {"count": len(runs), "digest": digest, "sources": list(runs.sources)}
 
 

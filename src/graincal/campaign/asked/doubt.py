@@ -77,7 +77,7 @@ class Doubt:
 
     @property
     def level(self) -> Level:
-        """"problem": next to certainly a mistake, not calibrated unless it is accepted. "note": possible, and yet seldom meant."""
+        """Of a "problem", next to certainly a mistake, nothing is calibrated unless it is accepted. A "note" is possible, and yet seldom meant."""
         return LEVELS[self.code]
 
     def as_json(self) -> dict[str, Any]:

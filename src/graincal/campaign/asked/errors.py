@@ -11,7 +11,11 @@ def describe_errors(reference: Reference) -> list[str]:
     said = []
     for name, error in zip(reference.names, measurement_errors(reference)):
         stated = name in reference.measurement_errors
-        taken = "" if stated else f", taken for {100 * USUAL_ERROR:g} % of the peak{' by its variance share' if len(set(reference.shares)) > 1 else ''}: none is stated"
+        taken = (
+            ""
+            if stated
+            else f", taken for {100 * USUAL_ERROR:g} % of the peak{' by its variance share' if len(set(reference.shares)) > 1 else ''}: none is stated"
+        )
         said.append(f"measurement error of {name}: {in_words(error)}{taken}")
     if reference.control_step:
         said.append(f"{reference.control_name} was read in steps of {reference.control_step:g}")

@@ -78,7 +78,11 @@ def limit_doubts(calibration: Calibration, filter: Filter) -> list[Doubt]:
         text = f"max_evaluations = {stop.max_evaluations} is never reached: max_iterations = {limit}, {said}ends it after {limits.evaluations} evaluations at the most."
         return [Doubt("limit-never-reached", text)]
     if stop.max_iterations and limits.ended_by == "max_evaluations" and limits.rounds < stop.max_iterations:
-        by = f"max_evaluations = {limits.asked}" if stop.max_evaluations is not False else f"the limit of {limits.asked} evaluations, which is there where none is set,"
+        by = (
+            f"max_evaluations = {limits.asked}"
+            if stop.max_evaluations is not False
+            else f"the limit of {limits.asked} evaluations, which is there where none is set,"
+        )
         return [Doubt("limit-never-reached", f"max_iterations = {stop.max_iterations} is never reached: {by} ends it after {rounds} at the most.")]
     if stop.max_evaluations is not False and limits.ended_by == "max_evaluations" and limits.evaluations < (1 - UNUSED) * stop.max_evaluations:
         answer = f", the {REPLICATES} runs at the answer among them" if calibration.method == POSTERIOR else ""

@@ -23,7 +23,9 @@ def checked_points(points: ArrayLike, space: ParameterSpace) -> NDArray[np.float
     if not np.all(inside := space.contains(found)):
         row = int(np.argmin(inside))
         broken = [constraint.source for constraint in space.constraints if not constraint.holds(found[[row]])[0]] if space.in_ranges(found[[row]])[0] else []
-        raise InputError(f'point {1 + row} lies where "{broken[0]}" does not hold.' if broken else f"point {1 + row} lies outside the ranges of the parameters.")
+        raise InputError(
+            f'point {1 + row} lies where "{broken[0]}" does not hold.' if broken else f"point {1 + row} lies outside the ranges of the parameters."
+        )
     return found
 
 

@@ -23,14 +23,26 @@ _CODES = ("success_exit_codes", "retry_exit_codes", "infeasible_exit_codes")
 
 
 class CommandSection(ModelSection):
-    MOST: ClassVar[dict[str, float]] = {"time_limit": LONGEST_TIMEOUT, "command": 10_000, "memory": 1e15, "cores": 10_000, "max_at_once": 10_000, "link": 10_000, "derived": 1_000, "templates": 1_000, "environment": 1_000}
+    MOST: ClassVar[dict[str, float]] = {
+        "time_limit": LONGEST_TIMEOUT,
+        "command": 10_000,
+        "memory": 1e15,
+        "cores": 10_000,
+        "max_at_once": 10_000,
+        "link": 10_000,
+        "derived": 1_000,
+        "templates": 1_000,
+        "environment": 1_000,
+    }
 
     kind: Literal["command"] = Field(description='"command"')
     command: list[str] = Field(min_length=1, description='a list of a program and its arguments, such as ["python3", "simulate.py", "--E", "{{ E }}"]')
     output: OutputSection = Field(description='a table such as { file = "curve.csv", columns = { axial_strain = "eps_a [%]", stress_ratio = "ratio" } }')
     derived: Texts = Field({}, description='a table of names and expressions of parameters, such as { E = "10**log_E" }')
     link: list[FileName] = Field([], description='a list of files and folders that the folder of an evaluation sees, such as ["simulate.py"]')
-    templates: dict[str, FileName] = Field({}, description='a table of files to be written and the templates for them, such as { "case.in" = "case.in.template" }')
+    templates: dict[str, FileName] = Field(
+        {}, description='a table of files to be written and the templates for them, such as { "case.in" = "case.in.template" }'
+    )
     delimiters: list[str] = Field(["{{", "}}"], min_length=2, max_length=2, description='what stands around a name in templates, such as ["<<", ">>"]')
     environment: Texts = Field({}, description='a table of names and texts, such as { OMP_NUM_THREADS = "1" }')
     parameters_file: FileName | None = Field(None, description='the name of a file for all parameters, such as "parameters.json"')

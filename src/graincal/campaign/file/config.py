@@ -55,7 +55,9 @@ def read_calibration(path: str | Path, more_runs: Sequence[Path] = (), *, explor
     return build_calibration(path, file, source, more_runs, exploring=exploring, to=to)
 
 
-def build_calibration(path: Path, file: CalibrationFile, source: str, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None) -> Calibration:
+def build_calibration(
+    path: Path, file: CalibrationFile, source: str, more_runs: Sequence[Path] = (), *, exploring: bool = False, to: float | None = None
+) -> Calibration:
     """The calibration that a file describes, whose text is `source`, as `read_calibration`."""
     # A store keeps text, which a name in the encoding of an old system is none of.
     name = str(from_root(path)) if is_unicode(from_root(path)) else ""

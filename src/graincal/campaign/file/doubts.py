@@ -43,7 +43,9 @@ def doubts(calibration: Calibration) -> list[Doubt]:
         ]
     if any(isinstance(experiment.model, StressPathTest) for experiment in calibration.experiments):
         space = calibration.space.of_experiment(0)
-        given = {name: (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)} | {name: (value,) for name, value in space.fixed.items()}
+        given = {name: (float(low), float(high)) for name, low, high in zip(space.names, space.low, space.high)} | {
+            name: (value,) for name, value in space.fixed.items()
+        }
         unlikely = unusual_parameters({f"parameters.{name}": values for name, values in given.items()})
         said += [Doubt("unusual-parameter", sentence) for sentence in unlikely]
     said += _unread_parameters(calibration)
@@ -90,7 +92,14 @@ def doubts_of_experiment(experiment: Experiment) -> list[Doubt]:
 
 def doubts_of_reference(tested: Tested, experiment: str) -> list[Doubt]:
     """What speaks against a reference, by what is known of its test."""
-    found = [*_dilates_first(tested), *strain_doubts(tested), *stress_doubts(tested), *void_ratio_doubts(tested), *_constant(tested), *_large_errors(tested.reference)]
+    found = [
+        *_dilates_first(tested),
+        *strain_doubts(tested),
+        *stress_doubts(tested),
+        *void_ratio_doubts(tested),
+        *_constant(tested),
+        *_large_errors(tested.reference),
+    ]
     return [Doubt(doubt.code, doubt.sentence, experiment) for doubt in found]
 
 
@@ -110,7 +119,9 @@ def thinning_notes(calibration: Calibration) -> list[Doubt]:
 
 def _large_errors(reference: Reference) -> list[Doubt]:
     """Measurement errors as large as what was measured: most of them are percent that were meant to be fractions."""
-    errors = {name: max(error.absolute, error.step, error.noise) for name, error in reference.measurement_errors.items()} | {reference.control_name: reference.control_step}
+    errors = {name: max(error.absolute, error.step, error.noise) for name, error in reference.measurement_errors.items()} | {
+        reference.control_name: reference.control_step
+    }
     measured = {name: np.ptp(values) for name, values in reference.observables.items()} | {reference.control_name: np.ptp(reference.control)}
     relative = [
         f"{name} is said to be measured to {error.relative:g} of each value, which is {100 * error.relative:g} %; errors are fractions here, not percent."
@@ -127,7 +138,11 @@ def _large_errors(reference: Reference) -> list[Doubt]:
 
 def _constant(tested: Tested) -> list[Doubt]:
     """Known quantities that never change, where the test changes them."""
-    held = {"undrained": ("volumetric_strain", "void_ratio"), "constant-mean-stress": ("mean_stress",), OTHER: ("volumetric_strain", "void_ratio", "mean_stress")}.get(tested.kind, ())
+    held = {
+        "undrained": ("volumetric_strain", "void_ratio"),
+        "constant-mean-stress": ("mean_stress",),
+        OTHER: ("volumetric_strain", "void_ratio", "mean_stress"),
+    }.get(tested.kind, ())
     return [
         Doubt("constant-observable", f"{name} is {values[0]:.4g} in all {len(values)} rows: was it not measured, or is it another column?")
         for name, values in tested.reference.measured.items()

@@ -133,7 +133,9 @@ class Examination:
         """What `graincal check --json` prints: a contract for programs."""
         return {
             "experiments": [each.as_json() for each in self.experiments],
-            "decided": [{"experiment": each.experiment, "what": each.what, "value": each.value, "because": each.because, "by": each.by} for each in self.decided],
+            "decided": [
+                {"experiment": each.experiment, "what": each.what, "value": each.value, "because": each.because, "by": each.by} for each in self.decided
+            ],
             "questions": [_question_as_json(each) for each in self.questions],
             "problems": [each.as_json() for each in self.problems],
             "notes": [each.as_json() for each in self.notes],
@@ -158,7 +160,10 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
     try:
         file = _with_unknowns(path, content, questions)
     except InputError as error:
-        unread = [Doubt("unread-so-far", f"the file cannot be read before its questions are answered: {each.removeprefix(f'{path}: ')}") for each in str(error).splitlines()]
+        unread = [
+            Doubt("unread-so-far", f"the file cannot be read before its questions are answered: {each.removeprefix(f'{path}: ')}")
+            for each in str(error).splitlines()
+        ]
         return Examination(questions=questions, **_by_level([*unread, *marks]))
     experiments, unread = _read_so_far(file, folder, questions)
     decided, problems, notes = _evidence(file, folder, evidence)
@@ -176,7 +181,10 @@ def _with_unknowns(path: Path, content: dict[str, Any], questions: Sequence[Open
             unknown[question.path[1]].add(keys[0])
             content["experiment"][question.path[1]]["model"].setdefault(keys[0], _STAND_INS[keys[0]])
     file = validated(path, content)
-    entries = [entry.model_copy(update={"model": entry.model.model_copy(update={key: OTHER if key == "kind" else None for key in keys})}) for entry, keys in zip(file.experiment, unknown)]
+    entries = [
+        entry.model_copy(update={"model": entry.model.model_copy(update={key: OTHER if key == "kind" else None for key in keys})})
+        for entry, keys in zip(file.experiment, unknown)
+    ]
     return file.model_copy(update={"experiment": entries})
 
 
@@ -202,7 +210,12 @@ def _of_file(path: Path, file: CalibrationFile, source: str, more_runs: Sequence
 
 
 def _examination(
-    experiments: Sequence[Examined], decided: Sequence[Decided], questions: Sequence[OpenQuestion], found: Sequence[Doubt], problems: Sequence[Doubt], notes: Sequence[Doubt]
+    experiments: Sequence[Examined],
+    decided: Sequence[Decided],
+    questions: Sequence[OpenQuestion],
+    found: Sequence[Doubt],
+    problems: Sequence[Doubt],
+    notes: Sequence[Doubt],
 ) -> Examination:
     by_level = _by_level(found)
     return Examination(tuple(experiments), tuple(decided), tuple(questions), (*by_level["problems"], *problems), (*by_level["notes"], *notes))
@@ -273,7 +286,14 @@ def _readings(experiments: Sequence[Examined]) -> list[Doubt]:
 
 
 def _question_as_json(question: OpenQuestion) -> dict[str, Any]:
-    return {"experiment": question.experiment, "key": question.key, "line": question.line, "question": question.asked, "answers": list(question.answers), "proposed": question.proposed or None}
+    return {
+        "experiment": question.experiment,
+        "key": question.key,
+        "line": question.line,
+        "question": question.asked,
+        "answers": list(question.answers),
+        "proposed": question.proposed or None,
+    }
 
 
 def _ends(values: NDArray[np.float64]) -> dict[str, float]:

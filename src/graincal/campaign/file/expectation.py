@@ -45,9 +45,13 @@ def expect(calibration: Calibration) -> list[Expectation]:
 
 def _expect(experiment: Experiment, middle: Samples, samples: Samples) -> Expectation:
     if isinstance(experiment.model, CommandModel):
-        return Expectation(experiment.name, failure=Failure(NOT_RUN, "a program is not run to see how long it takes; run.expected_seconds says it, where it is known."))
+        return Expectation(
+            experiment.name, failure=Failure(NOT_RUN, "a program is not run to see how long it takes; run.expected_seconds says it, where it is known.")
+        )
     if isinstance(experiment.model, ByHandModel):
-        return Expectation(experiment.name, failure=Failure(NOT_RUN, "runs that are made by hand take what they take; run.expected_seconds says it, where it is known."))
+        return Expectation(
+            experiment.name, failure=Failure(NOT_RUN, "runs that are made by hand take what they take; run.expected_seconds says it, where it is known.")
+        )
     if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
         pilot = _time_beginning(experiment, middle)
     else:

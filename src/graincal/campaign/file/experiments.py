@@ -46,7 +46,9 @@ class ReferenceFile(Section):
     called: ClassVar[str] = "[experiment.reference]"
 
     file: FileName = Field(description="the name of a laboratory file")
-    columns: dict[str, str | int | list[str | int]] = Field({}, description='a table of quantities and columns, by header, number or letter, such as { axial_strain = "Ea(%)", deviator_stress = 3 }')
+    columns: dict[str, str | int | list[str | int]] = Field(
+        {}, description='a table of quantities and columns, by header, number or letter, such as { axial_strain = "Ea(%)", deviator_stress = 3 }'
+    )
     units: Texts = Field({}, description='a table of quantities and units, such as { axial_strain = "%" }')
     strain: str | Texts | None = Field(None, description='"logarithmic" or "engineering", or a table of quantities and these')
     compression: str | Texts = Field("positive", description='"positive" or "negative", or a table of quantities and these')

@@ -34,7 +34,9 @@ def evidence(entry: ExperimentEntry, folder: Path) -> tuple[Sequence[Decision], 
     stated = {decision.what: decision for decision in found.decided if decision.by != "person"}
     against = {"proof": [], "words": []}
     for said, decision in _contradicted(entry, stated, found.lateral_is_known):
-        against[decision.by].append(Doubt(_CODES[decision.by], f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}."))
+        against[decision.by].append(
+            Doubt(_CODES[decision.by], f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}.")
+        )
     return tuple(stated.values()), against["proof"], against["words"]
 
 

@@ -32,7 +32,9 @@ class StressPathModel(ModelSection):
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
     largest_flagged_share: float = Field(StressPathTest.largest_flagged_share, ge=0, le=1, description="a number from 0 to 1")
     step_limit: int = Field(StressPathTest.step_limit, ge=1, description="a whole number above 0")
-    inertial_number: float | None = Field(None, ge=INERTIAL_NUMBERS[0], le=INERTIAL_NUMBERS[1], description="a number from {:g} to {:g}".format(*INERTIAL_NUMBERS))
+    inertial_number: float | None = Field(
+        None, ge=INERTIAL_NUMBERS[0], le=INERTIAL_NUMBERS[1], description="a number from {:g} to {:g}".format(*INERTIAL_NUMBERS)
+    )
     rest_every: float | None = Field(None, ge=RESTS_EVERY[0], le=RESTS_EVERY[1], description="a strain from {:g} to {:g}, as a fraction".format(*RESTS_EVERY))
     accuracy: Literal["standard", "reference"] = Field(Economy.accuracy, description='"standard" or "reference"')
     time_step_bound: Literal["grain", "contact"] | None = Field(None, description='"grain" or "contact"')
@@ -111,5 +113,11 @@ class FunctionModel(ModelSection):
 
 _PATHS: dict[str, type[ModelSection]] = {kind: CompressionModel if issubclass(test, CompressionTest) else StressPathModel for kind, test in TESTS.items()}
 
-MODELS: dict[str, type[ModelSection]] = _PATHS | {"table": TableModel, "python": FunctionModel, "command": CommandSection, "yade": YadeSection, "by-hand": ByHandSection}
+MODELS: dict[str, type[ModelSection]] = _PATHS | {
+    "table": TableModel,
+    "python": FunctionModel,
+    "command": CommandSection,
+    "yade": YadeSection,
+    "by-hand": ByHandSection,
+}
 """The kinds of models, by the word that `kind` has."""

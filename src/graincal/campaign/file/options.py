@@ -45,7 +45,9 @@ class FilterSection(Section):
     discrepancy: bool | None = Field(None, description="true or false")
     packing_scatter: bool = Field(True, description="true or false")
     first_look: FileName | None = Field(None, min_length=1, description="the folder of a campaign of cheaper models on the same experiments")
-    runs: list[FileName] | None = Field(None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]')
+    runs: list[FileName] | None = Field(
+        None, min_length=1, description='a list of the folders of campaigns and libraries of the same models, such as ["library"]'
+    )
 
 
 class StopSection(Section):
@@ -75,7 +77,9 @@ class RunSection(Section):
     @model_validator(mode="after")
     def _one_executor(self) -> RunSection:
         if self.executor not in (LOCAL, PARSL) and not all(part.strip() for part in self.executor.partition(":")):
-            raise mistake(f'.executor must be "{LOCAL}", "{PARSL}", or a function as "module:function", not {show(self.executor)}{did_you_mean(self.executor, (LOCAL, PARSL))}')
+            raise mistake(
+                f'.executor must be "{LOCAL}", "{PARSL}", or a function as "module:function", not {show(self.executor)}{did_you_mean(self.executor, (LOCAL, PARSL))}'
+            )
         if self.executor == PARSL and self.parsl is None:
             raise mistake(f'.parsl is missing, and with executor = "{PARSL}" a table [run.parsl] with provider = "local", "slurm", "pbs" or "lsf" was expected')
         if self.parsl is not None and "executor" not in self.model_fields_set:

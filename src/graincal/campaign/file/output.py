@@ -40,18 +40,25 @@ class OutputSection(Section):
     MOST: ClassVar[dict[str, float]] = {"columns": 1_000, "zero": 1_000}
 
     file: FileName = Field(STANDARD_OUTPUT, description='the name of the file that is written, or "-" for what is printed')
-    columns: dict[str, ColumnTable] = Field(min_length=1, description='a table of quantities and columns, such as { axial_strain = "eps_a [%]", stress_ratio = "s33 / s11" }')
+    columns: dict[str, ColumnTable] = Field(
+        min_length=1, description='a table of quantities and columns, such as { axial_strain = "eps_a [%]", stress_ratio = "s33 / s11" }'
+    )
     zero: list[Shown] = Field([], description='a list of quantities that count from the first row that is read, such as ["axial_strain"]')
     first_row: Count | None = Field(None, description="the number of the first row of numbers that is read, a whole number above 0")
     where: Shown | None = Field(None, description='an expression of columns that holds for the rows that are read, such as "stage == 2"')
-    strain: Literal["logarithmic", "engineering"] | Texts = Field("logarithmic", description='"logarithmic" or "engineering", or a table of quantities and these')
+    strain: Literal["logarithmic", "engineering"] | Texts = Field(
+        "logarithmic", description='"logarithmic" or "engineering", or a table of quantities and these'
+    )
 
     @field_validator("columns", mode="before")
     @classmethod
     def _names_alone(cls, columns: Any) -> Any:
         if not isinstance(columns, dict):
             return columns
-        return {name: {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value for name, value in with_printable_names(columns).items()}
+        return {
+            name: {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
+            for name, value in with_printable_names(columns).items()
+        }
 
     @field_validator("file")
     @classmethod

@@ -148,7 +148,11 @@ def _by_name(found: Understanding) -> Understanding:
 
 
 def _introduction(lines: list[str]) -> str:
-    head = ['A calibration proposed from a laboratory file. Keys that say "?" are questions: answer each, then run graincal check. Lines that say CHECK rest on what is usual.', "", "What was understood:"]
+    head = [
+        'A calibration proposed from a laboratory file. Keys that say "?" are questions: answer each, then run graincal check. Lines that say CHECK rest on what is usual.',
+        "",
+        "What was understood:",
+    ]
     return "\n".join(f"# {printable(line)}".rstrip() for line in [*head, *("  " + line for line in lines)])
 
 
@@ -195,7 +199,11 @@ def _peak(found: Understanding, name: str) -> float:
     values = _stress_like(found, name) if name in _OF_STRESSES else _values(found, name)
     if values is None and name == "volumetric_strain" and found.sample_volume and (change := _values(found, "volume_change")) is not None:
         values = change / found.sample_volume
-    if values is None and name == "volumetric_strain" and (ratio := next((column for column in found.seen if column.place in (found.columns.get(each) for each in VOID_RATIOS)), None)):
+    if (
+        values is None
+        and name == "volumetric_strain"
+        and (ratio := next((column for column in found.seen if column.place in (found.columns.get(each) for each in VOID_RATIOS)), None))
+    ):
         known = void_ratio_of(ratio.quantity, ratio.values[~np.isnan(ratio.values)])
         values = None if known is None else of_void_ratio(known, "logarithmic")
     values = np.empty(0) if values is None else values[~np.isnan(values)]
@@ -228,7 +236,13 @@ def _values(found: Understanding, quantity: str) -> NDArray[np.float64] | None:
 
 def _asks(found: Understanding, *keys: str) -> list[str]:
     """The questions under keys, as comments. Those of one among several keys on a line begin with it."""
-    return [f"# {_key_on_line(question.key)}{printable(question.sentence)}" + (f' One of: {", ".join(map(_quote, question.answers))}.' if question.answers else "") + (f" Likely: {_quote(question.proposed)}." if question.proposed else "") for question in found.questions if question.key in keys or question.key.split(".")[0] in keys]
+    return [
+        f"# {_key_on_line(question.key)}{printable(question.sentence)}"
+        + (f" One of: {', '.join(map(_quote, question.answers))}." if question.answers else "")
+        + (f" Likely: {_quote(question.proposed)}." if question.proposed else "")
+        for question in found.questions
+        if question.key in keys or question.key.split(".")[0] in keys
+    ]
 
 
 def _key_on_line(key: str) -> str:
@@ -300,7 +314,10 @@ def _reference(found: Understanding, folder: str | os.PathLike[str] | None) -> s
     if found.loops:
         lines += [f"# The control turns back at {say_lines(found.loops)}: the backbone is kept.", 'unloading   = "drop"']
     if found.control in ("axial_strain", "axial_extension"):
-        lines += ["# Once a shear band has formed, strains are no longer those of the sample. The last axial strain to compare, as a logarithmic fraction:", "# until       = 0.1"]
+        lines += [
+            "# Once a shear band has formed, strains are no longer those of the sample. The last axial strain to compare, as a logarithmic fraction:",
+            "# until       = 0.1",
+        ]
     return "\n".join(lines)
 
 

@@ -21,13 +21,23 @@ def json_schema() -> dict[str, Any]:
     tables = document["$defs"]
     entry = tables[ExperimentEntry.__name__]["properties"]
     # The reader finds a model's table by its kind, and takes the name of a file alone for a reference, and that of a column for a column.
-    entry["model"] = {"type": "object", "required": ["kind"], "properties": {"kind": {"enum": list(MODELS)}}, "allOf": [_of_kind(kind, places[model, "validation"]) for kind, model in MODELS.items()]}
+    entry["model"] = {
+        "type": "object",
+        "required": ["kind"],
+        "properties": {"kind": {"enum": list(MODELS)}},
+        "allOf": [_of_kind(kind, places[model, "validation"]) for kind, model in MODELS.items()],
+    }
     entry["reference"] = {"anyOf": [{"type": "string"}, *entry["reference"]["anyOf"]]}
     columns = tables[OutputSection.__name__]["properties"]["columns"]
     columns["additionalProperties"] = {"anyOf": [{"type": ["string", "integer"]}, columns["additionalProperties"]]}
     for table in tables.values():
         table["properties"] = {key: _or_question(value) for key, value in table.get("properties", {}).items()}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "graincal calibration file", **places[CalibrationFile, "validation"], "$defs": tables}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "graincal calibration file",
+        **places[CalibrationFile, "validation"],
+        "$defs": tables,
+    }
 
 
 def _of_kind(kind: str, table: dict[str, Any]) -> dict[str, Any]:

@@ -38,7 +38,9 @@ class Section(BaseModel):
             if key not in cls.model_fields:
                 if elsewhere := [table.called for table in Section.__subclasses__() if table.called and key in table.model_fields]:
                     raise mistake(f".{printable(key, LONGEST_NAME)} is not a key that is known here, it belongs under {' or '.join(elsewhere)}")
-                raise mistake(f".{printable(key, LONGEST_NAME)} is not a key that is known here{did_you_mean(key, cls.model_fields)}, and one of {', '.join(cls.model_fields)} was expected")
+                raise mistake(
+                    f".{printable(key, LONGEST_NAME)} is not a key that is known here{did_you_mean(key, cls.model_fields)}, and one of {', '.join(cls.model_fields)} was expected"
+                )
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in table:
                 raise mistake(f".{key} is missing, and {field.description} was expected")

@@ -33,9 +33,18 @@ def _axial(tested: Tested) -> list[Doubt]:
         text = f"{name} goes to {last:.4g}, {100 * last:.3g} %, and a shear test goes to some percent: is it too small by 100, as a strain in percent that is divided by 100 once more?"
         said.append(Doubt("strain-too-small", f"{text} Where the test is as short as that, accept it."))
     if last > LARGEST:
-        said.append(Doubt("strain-too-large", f"{name} goes to {last:.4g}, {100 * last:.4g} %, which no test reaches: is it in percent? units = {{ {name} = \"%\" }} says so."))
+        said.append(
+            Doubt(
+                "strain-too-large",
+                f'{name} goes to {last:.4g}, {100 * last:.4g} %, which no test reaches: is it in percent? units = {{ {name} = "%" }} says so.',
+            )
+        )
     if first < BACK:
-        said.append(Doubt("negative-strain", f"{name} begins at {first:.4g}, and 0 was expected at the beginning of shear: strains count from the end of consolidation."))
+        said.append(
+            Doubt(
+                "negative-strain", f"{name} begins at {first:.4g}, and 0 was expected at the beginning of shear: strains count from the end of consolidation."
+            )
+        )
     elif first < -AT_REST:
         said.append(Doubt("starts-below-zero", f"{name} begins at {first:.4g}, slightly below 0: the zero of the gauge, or seating."))
     return said
@@ -50,7 +59,12 @@ def _volumetric(tested: Tested) -> list[Doubt]:
     if tested.undrained:
         if largest <= LARGEST_UNDRAINED:
             return []
-        return [Doubt("volume-changes", f"volumetric_strain reaches {largest:.3g} at {at}, and an undrained test keeps its volume: is this test drained, kind = \"triaxial\"?")]
+        return [
+            Doubt(
+                "volume-changes",
+                f'volumetric_strain reaches {largest:.3g} at {at}, and an undrained test keeps its volume: is this test drained, kind = "triaxial"?',
+            )
+        ]
     if largest > LARGEST_VOLUMETRIC:
         return [Doubt("strain-too-large", f"volumetric_strain reaches {largest:.3g} at {at}, which no sand does: is it too large by 100, in percent?")]
     if tested.drained_shear and largest < LEAST_CHANGE and axial >= SHEARED:

@@ -127,9 +127,19 @@ def _undrained_deviatoric(tested: Tested, q: Curve, pressure: float) -> list[Dou
     against = float((-way * q).max()) / pressure
     # A dense sample without its pore pressure may come to many times the confining pressure.
     if largest > 100:
-        return [Doubt("stress-ratio-high", f"deviatoric_stress reaches {largest:.3g} times the confining pressure of {pressure:g} Pa: is its unit right, and the pressure?")]
+        return [
+            Doubt(
+                "stress-ratio-high",
+                f"deviatoric_stress reaches {largest:.3g} times the confining pressure of {pressure:g} Pa: is its unit right, and the pressure?",
+            )
+        ]
     if largest < LIQUEFIED:
-        return [Doubt("unsheared", f"deviatoric_stress stays below {largest:.2g} times the confining pressure of {pressure:g} Pa, as if the sample were never sheared: is its unit right?")]
+        return [
+            Doubt(
+                "unsheared",
+                f"deviatoric_stress stays below {largest:.2g} times the confining pressure of {pressure:g} Pa, as if the sample were never sheared: is its unit right?",
+            )
+        ]
     if against > 0.1:
         side = "above 0, and it is below in extension" if tested.extension else "below 0, and it is above in compression"
         return [Doubt("stress-ratio-low", f"deviatoric_stress goes {side}: its sign is another.")]

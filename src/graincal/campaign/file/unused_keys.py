@@ -25,16 +25,24 @@ def unused_in_file(file: CalibrationFile) -> list[Doubt]:
     if not built_in and file.filter.early_stop:
         said.append("early_stop = true changes nothing: runs of a built-in test alone can be stopped on their way.")
     if method != POSTERIOR:
-        errors = [key for key in ("measurement_error", "relative_error", "step", "noise") if any(key in each.given() for entry in file.experiment for each in entry.observables.values())]
+        errors = [
+            key
+            for key in ("measurement_error", "relative_error", "step", "noise")
+            if any(key in each.given() for entry in file.experiment for each in entry.observables.values())
+        ]
         errors += [key for key in ("control_step", "simulated") if any(entry.reference and key in entry.reference.given() for entry in file.experiment)]
         if errors:
-            said.append(f'{", ".join(errors)} change{"s" * (len(errors) == 1)} nothing of what method = "{method}" finds, which takes no errors of a measurement into account.')
+            said.append(
+                f'{", ".join(errors)} change{"s" * (len(errors) == 1)} nothing of what method = "{method}" finds, which takes no errors of a measurement into account.'
+            )
     return [Doubt(_UNUSED, sentence) for sentence in said]
 
 
 def unused_in_experiment(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     """Of the keys of one experiment, by the reference that they led to."""
-    return [Doubt(doubt.code, doubt.sentence, entry.name) for doubt in (*_strain(entry, reference), *_compression(entry, reference), *_pressure(entry, reference))]
+    return [
+        Doubt(doubt.code, doubt.sentence, entry.name) for doubt in (*_strain(entry, reference), *_compression(entry, reference), *_pressure(entry, reference))
+    ]
 
 
 def _strain(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
@@ -55,7 +63,12 @@ def _compression(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     said, read = entry.reference.compression, set(reference.read_as)
     if said != "negative" or read & set(SIGNED):
         return []
-    return [Doubt(_UNUSED, f'compression = "negative" changes nothing: of {", ".join(sorted(read))} none has a sign that one word for all turns; name those that it is meant for.')]
+    return [
+        Doubt(
+            _UNUSED,
+            f'compression = "negative" changes nothing: of {", ".join(sorted(read))} none has a sign that one word for all turns; name those that it is meant for.',
+        )
+    ]
 
 
 def _pressure(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:

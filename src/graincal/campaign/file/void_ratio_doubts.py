@@ -19,7 +19,10 @@ _READINGS = {
     "specific-volume-as-void-ratio": ("a specific volume v, for e = v - 1", lambda value: value - 1),
     "void-ratio-percent": ("in percent", lambda value: value / 100),
 }
-_PERCENT_POROSITY = ("a porosity in percent, for e = n/(1 - n)", lambda value: value / (100 - value) if 100 * POROSITIES[0] <= value <= 100 * POROSITIES[1] else math.nan)
+_PERCENT_POROSITY = (
+    "a porosity in percent, for e = n/(1 - n)",
+    lambda value: value / (100 - value) if 100 * POROSITIES[0] <= value <= 100 * POROSITIES[1] else math.nan,
+)
 
 
 def void_ratio_doubts(tested: Tested) -> list[Doubt]:
@@ -30,7 +33,9 @@ def void_ratio_doubts(tested: Tested) -> list[Doubt]:
     first, packing = float(values[0]), tested.void_ratio if tested.kind != "table" else None
     if packing is not None and not _off(tested, first, packing):
         near = abs(first - packing) > NEAR and tested.from_rest
-        text = f"void_ratio begins at {first:.4g} and the packing has {packing:.4g}: what they differ by, {abs(first - packing):.2g}, is a part of every misfit."
+        text = (
+            f"void_ratio begins at {first:.4g} and the packing has {packing:.4g}: what they differ by, {abs(first - packing):.2g}, is a part of every misfit."
+        )
         return [*_impossible(values.min(), values.max()), *([Doubt("void-ratio-near", text)] if near else [])]
     if packing is not None:
         if read := _as_other(tested, first, packing):

@@ -31,14 +31,18 @@ class YadeSection(CommandSection):
     packing: FileName | None = Field(None, description="the name of a packing file")
     confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
     density_scaling: Positive | None = Field(None, description="a number above 0")
-    inertial_number: float | None = Field(None, ge=INERTIAL_NUMBERS[0], le=INERTIAL_NUMBERS[1], description="a number from {:g} to {:g}".format(*INERTIAL_NUMBERS))
+    inertial_number: float | None = Field(
+        None, ge=INERTIAL_NUMBERS[0], le=INERTIAL_NUMBERS[1], description="a number from {:g} to {:g}".format(*INERTIAL_NUMBERS)
+    )
     fixed: dict[str, float] = Field({}, description="a table of parameters and numbers, such as { nu = 0.2 }")
     law: Literal["linear", "hertz-mindlin"] = Field("linear", description='"linear" or "hertz-mindlin"')
     rest_every: float = Field(REST_EVERY, ge=RESTS_EVERY[0], le=RESTS_EVERY[1], description="a strain from {:g} to {:g}, as a fraction".format(*RESTS_EVERY))
     script: FileName | None = Field(None, description="the name of a script for YADE")
     arguments: list[str] = Field([], description='a list of the script\'s arguments, such as ["{{ E }}", "{{ phi }}"]')
     table: list[Shown] = Field([], description='a list of the names that the script\'s readParamsFromTable reads, such as ["E", "phi"]')
-    output: OutputSection | None = Field(None, description='a table such as { file = "curve.csv", columns = { axial_strain = "eps_a [%]", stress_ratio = "ratio" } }')
+    output: OutputSection | None = Field(
+        None, description='a table such as { file = "curve.csv", columns = { axial_strain = "eps_a [%]", stress_ratio = "ratio" } }'
+    )
 
     @model_validator(mode="after")
     def _one_of_two(self) -> YadeSection:
@@ -63,7 +67,15 @@ class YadeSection(CommandSection):
         options = self.options(folder, control) | {"program": self.program}
         if self.script is not None:
             return script(self.script, self.output.build(), arguments=self.arguments, table=self.table, link=self.link, **options)
-        return triaxial(folder.resolve() / self.packing, self.confining_pressure, self._scaling(folder), fixed=self.fixed, law=self.law, rest_every=self.rest_every, **options)
+        return triaxial(
+            folder.resolve() / self.packing,
+            self.confining_pressure,
+            self._scaling(folder),
+            fixed=self.fixed,
+            law=self.law,
+            rest_every=self.rest_every,
+            **options,
+        )
 
     def _scaling(self, folder: Path) -> float:
         """The factor on the grains' density, of the packing that is read for it, and checked by it."""

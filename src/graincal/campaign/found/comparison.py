@@ -76,4 +76,10 @@ def _data(result: Record) -> dict[str, object]:
     scatter = [asked and result.knows_packings(number) for number in range(len(result.experiments))] if asked else False
     thinned = [thinning.thinned for thinning in result.calibration.blank_filter().thinnings]
     options = {f"filter.{name}": value for name, value in result.calibration.error_options.items()}
-    return {"the number of experiments": len(references), "their references": references, "whether the scatter of packings counts": scatter, "which references are thinned (filter.thin)": thinned, **options}
+    return {
+        "the number of experiments": len(references),
+        "their references": references,
+        "whether the scatter of packings counts": scatter,
+        "which references are thinned (filter.thin)": thinned,
+        **options,
+    }

@@ -197,7 +197,9 @@ class Emulated:
             reference = thinning.whole
             scatter = np.diag(emulator.simulator) if scatters else np.zeros(thinning.kept.values.size)
             of_states = scatter.reshape(len(reference.names), -1)
-            for error, values, share, added in zip(measurement_errors(reference), reference.values.T, reference.shares, np.repeat(of_states, thinning.counts, axis=1)):
+            for error, values, share, added in zip(
+                measurement_errors(reference), reference.values.T, reference.shares, np.repeat(of_states, thinning.counts, axis=1)
+            ):
                 sd = np.sqrt(error.absolute**2 + (error.relative * values) ** 2 + error.independent_variance() + added)
                 errors.append(100 * np.sqrt(2 / np.pi) * sd.sum() / np.abs(values).sum())
                 shares.append(share)

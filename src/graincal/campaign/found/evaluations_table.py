@@ -29,5 +29,8 @@ def to_dataframe(result: Record) -> DataFrame:
     if not result.has_posterior:
         columns["weight"] = [weight for iteration in result.iterations for weight in iteration.final_weights]
     columns |= {"failed": result.failed, "stopped": result.stopped}
-    columns |= {f"seconds: {experiment.name}" if len(result.experiments) > 1 else "seconds": result.seconds[:, number] for number, experiment in enumerate(result.experiments)}
+    columns |= {
+        f"seconds: {experiment.name}" if len(result.experiments) > 1 else "seconds": result.seconds[:, number]
+        for number, experiment in enumerate(result.experiments)
+    }
     return pd.DataFrame(columns, index=pd.Index(result.ids, name="sample"))

@@ -32,15 +32,26 @@ def export_csv(result: Record, folder: Path, *, replace: bool = False) -> list[P
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
     beside = [f"error of what is not fitted: {experiment}: {name}" for experiment, name in result.recorded_names]
     weights = np.concatenate([iteration.final_weights for iteration in result.iterations])
-    samples = zip(result.ids, result.iteration, *result.samples.T, result.errors, *result.observable_errors.T, *result.recorded_errors.T, weights, _reasons(result), result.stopped.astype(int))
-    iterations = [
-        [i.index, len(i.samples), i.failed.sum(), i.s, i.s_per_state, i.effective_sample_size, i.gl_error, i.error] for i in result.iterations
-    ]
+    samples = zip(
+        result.ids,
+        result.iteration,
+        *result.samples.T,
+        result.errors,
+        *result.observable_errors.T,
+        *result.recorded_errors.T,
+        weights,
+        _reasons(result),
+        result.stopped.astype(int),
+    )
+    iterations = [[i.index, len(i.samples), i.failed.sum(), i.s, i.s_per_state, i.effective_sample_size, i.gl_error, i.error] for i in result.iterations]
     figures = ["iteration", "samples", "failed", "s", "s_per_state", "effective_sample_size", "gl_error", "error"]
     if result.has_posterior:
         of_posterior = tuple(Learnt().figures())
         figures = ["iteration", "samples", "failed", "smallest_error", *of_posterior]
-        iterations = [[i.index, len(i.samples), i.failed.sum(), i.smallest_error, *(getattr(learnt, name) for name in of_posterior)] for i, learnt in zip(result.iterations, result.learnt)]
+        iterations = [
+            [i.index, len(i.samples), i.failed.sum(), i.smallest_error, *(getattr(learnt, name) for name in of_posterior)]
+            for i, learnt in zip(result.iterations, result.learnt)
+        ]
     tables = {
         "samples.csv": (["sample", "iteration", *result.space.names, "error", *pairs, *beside, "weight", "failure", "stopped"], samples),
         "iterations.csv": (figures, iterations),
@@ -71,7 +82,9 @@ def export_json(result: Record, folder: Path, *, replace: bool = False) -> list[
                 **({"scale": scale} if scale != LINEAR else {}),
                 **({} if number is None else {"parameter": parameter, "experiment": result.experiments[number].name}),
             }
-            for name, low, high, unit, scale, parameter, number in zip(space.names, space.low, space.high, space.units, space.scales, space.parameters, space.experiments)
+            for name, low, high, unit, scale, parameter, number in zip(
+                space.names, space.low, space.high, space.units, space.scales, space.parameters, space.experiments
+            )
         },
         **({"fixed": {name: {"value": value, "unit": space.units_of_fixed[name]} for name, value in space.fixed.items()}} if space.fixed else {}),
         **({"constraints": list(dict.fromkeys(each.source for each in space.constraints))} if space.constraints else {}),

@@ -25,7 +25,11 @@ class Program(NamedTuple):
     lines: Callable[[Contact], str]
 
 
-PROGRAMS = {"yade": Program(yade.FILE_NAME, yade.yade_lines), "lammps": Program(lammps.FILE_NAME, lammps.lammps_lines), "pfc": Program(pfc.FILE_NAME, pfc.pfc_lines)}
+PROGRAMS = {
+    "yade": Program(yade.FILE_NAME, yade.yade_lines),
+    "lammps": Program(lammps.FILE_NAME, lammps.lammps_lines),
+    "pfc": Program(pfc.FILE_NAME, pfc.pfc_lines),
+}
 """What the lines can be for, by its name on the command line."""
 
 
@@ -47,7 +51,9 @@ def contact_texts(result: Record, theta: NDArray[np.float64], called: str, progr
     for number, experiment in enumerate(result.experiments):
         test = experiment.model
         if not isinstance(test, StressPathTest):
-            raise InputError(f'export: contact lines are of models whose contact law graincal knows, and that of the experiment "{experiment.name}" is no test of its own engine: export its samples with --to csv.')
+            raise InputError(
+                f'export: contact lines are of models whose contact law graincal knows, and that of the experiment "{experiment.name}" is no test of its own engine: export its samples with --to csv.'
+            )
         seen = result.space.seen_by(number, Samples(np.zeros(1, dtype=np.int64), theta[None], result.space.names))
         values = dict(zip(test.parameters, test.arrange(seen)[0].tolist()))
         radii = np.concatenate([packing.radii for packing in test.packings])

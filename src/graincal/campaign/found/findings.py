@@ -106,7 +106,9 @@ class Finding:
         if self.verdict == "not identified":
             said = [f"{label} is not identified: {values}."]
         elif self.verdict == "uncertain":
-            said = [f"{label} is uncertain: {values}. The weighted samples are at {estimate}, but those of a parameter without any effect may lie as close together."]
+            said = [
+                f"{label} is uncertain: {values}. The weighted samples are at {estimate}, but those of a parameter without any effect may lie as close together."
+            ]
         else:
             said = [f"{label} is {self.verdict}: {values}; the weighted samples are at {estimate}."]
         if self.reached_ends:
@@ -122,7 +124,9 @@ class Finding:
         truth = f"The truth, {numbers.short(self.truth)}{self.quantity.behind},"
         if self.astray:
             where = f"{interval} and the values that fit about as well" if self.outlined else interval
-            return f"{truth} lies outside {where}: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right."
+            return (
+                f"{truth} lies outside {where}: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right."
+            )
         if not self.outlined:
             return f"{truth} lies {'in' if self.low <= self.truth <= self.high else 'outside'} {interval}."
         weighted, close = (low <= self.truth <= high for low, high in ((self.low, self.high), self.close))
@@ -168,7 +172,11 @@ def judge(
 
 def legend(close: CloseFits, iteration: int) -> str:
     """What the two ranges in the sentences of findings are, for readers."""
-    few = "" if close.enough else f" Only {numbers.count(close.count, 'sample')} did so far, too few to outline a range, so that what holds {MOST} is given instead."
+    few = (
+        ""
+        if close.enough
+        else f" Only {numbers.count(close.count, 'sample')} did so far, too few to outline a range, so that what holds {MOST} is given instead."
+    )
     return (
         f"Values “fit about as well” where samples that have them come to an error ε of at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.{few} "
         f"“±” is one standard deviation (sd) of the weighted samples of iteration {iteration}, as the paper reports it: "

@@ -20,7 +20,9 @@ def first_look_of(result: Record, calibration: Calibration, named: str) -> First
     too; and where its responses do not cover the references. Ranges, errors, models and states may differ.
     """
     if set(result.space.names) != set(calibration.space.names):
-        raise InputError(f"{named}: a first look at {', '.join(calibration.space.names)} was expected, and this campaign is of {', '.join(result.space.names)}.")
+        raise InputError(
+            f"{named}: a first look at {', '.join(calibration.space.names)} was expected, and this campaign is of {', '.join(result.space.names)}."
+        )
     columns = [result.space.names.index(name) for name in calibration.space.names]
     known = {experiment.name: number for number, experiment in enumerate(result.experiments)}
     ids, responses = result.ids[result.complete], []
@@ -33,13 +35,17 @@ def first_look_of(result: Record, calibration: Calibration, named: str) -> First
             raise InputError(f'{named}: a first look at the experiment "{experiment.name}" was expected, and this campaign has {", ".join(known)}.')
         other = result.experiments[known[experiment.name]].reference
         if set(other.names) != set(reference.names):
-            raise InputError(f'{named}: its experiment "{experiment.name}" has the observables {", ".join(other.names)}, and {", ".join(reference.names)} were expected.')
+            raise InputError(
+                f'{named}: its experiment "{experiment.name}" has the observables {", ".join(other.names)}, and {", ".join(reference.names)} were expected.'
+            )
         if other.control_name != reference.control_name:
             raise InputError(f'{named}: its experiment "{experiment.name}" is over {other.control_name}, and {reference.control_name} was expected.')
         outcomes = [result.response(int(id), known[experiment.name]) for id in ids]
         whole = np.array([experiment.observables(outcome) for outcome in outcomes if isinstance(outcome, Response)])
         if not np.isfinite(whole).all():
-            raise InputError(f'{named}: its experiment "{experiment.name}" covers other states, and the {reference.control_name} of the reference, {span(reference.control)}, was expected.')
+            raise InputError(
+                f'{named}: its experiment "{experiment.name}" covers other states, and the {reference.control_name} of the reference, {span(reference.control)}, was expected.'
+            )
         responses.append(thinning.reduce(whole))
     look = FirstLook(result.samples[result.complete][:, columns], tuple(responses))
     try:

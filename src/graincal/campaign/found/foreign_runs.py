@@ -49,7 +49,9 @@ def foreign_runs(folder: Path, calibration: Calibration, columns: Mapping[str, C
         said.append(f"All its runs have {', '.join(f'{name} = {value:g}' for name, value in constant.items())}.")
     gathered, left_out, thinnings = Gathered(), dict(found.left_out), calibration.blank_filter().thinnings
     for run, values in zip(found.runs, theta):
-        reason = _outside(values, run, calibration) or _add(gathered, run, np.clip(values, calibration.space.low, calibration.space.high), experiment, output, bool(control), thinnings)
+        reason = _outside(values, run, calibration) or _add(
+            gathered, run, np.clip(values, calibration.space.low, calibration.space.high), experiment, output, bool(control), thinnings
+        )
         if reason:
             left_out[reason] = left_out.get(reason, 0) + 1
     if not gathered.theta:
@@ -77,14 +79,18 @@ def _far_away(gathered: Gathered, experiment: Experiment, thinning: Thinning) ->
 def _single(calibration: Calibration) -> Experiment:
     """The one experiment of a calibration that can learn from foreign runs."""
     if calibration.method != POSTERIOR:
-        raise InputError(f'filter.method is "{calibration.method}", and "{POSTERIOR}" was expected: runs of another tool teach its emulator, and carry no weight.')
+        raise InputError(
+            f'filter.method is "{calibration.method}", and "{POSTERIOR}" was expected: runs of another tool teach its emulator, and carry no weight.'
+        )
     if len(calibration.experiments) != 1:
         raise InputError(f"there are {len(calibration.experiments)} experiments, and a single one was expected: GrainLearning's runs are of one.")
     if calibration.known is not None:
         raise InputError("filter.runs names runs to learn from too, and those of GrainLearning alone were expected.")
     (experiment,) = calibration.experiments
     if isinstance(experiment.model, StressPathTest):
-        raise InputError(f'model.kind is "{experiment.model.kind}", whose runs graincal makes itself, and the simulator that made GrainLearning\'s runs was expected: "command", "yade", "python" or "by-hand".')
+        raise InputError(
+            f'model.kind is "{experiment.model.kind}", whose runs graincal makes itself, and the simulator that made GrainLearning\'s runs was expected: "command", "yade", "python" or "by-hand".'
+        )
     return experiment
 
 
@@ -107,13 +113,19 @@ def _theta(folder: Path, runs: Sequence[ForeignRun], calibration: Calibration, p
     theirs = dict.fromkeys(name for run in runs for name in run.parameters)
     for run in runs:
         if missing := [name for name in needed if name not in run.parameters]:
-            raise InputError(f"{run.path}: it has no parameter {missing[0]}{did_you_mean(missing[0], theirs)}, and holds {', '.join(run.parameters)}; --parameter NAME=EXPRESSION says what one of the calibration's is in these.")
+            raise InputError(
+                f"{run.path}: it has no parameter {missing[0]}{did_you_mean(missing[0], theirs)}, and holds {', '.join(run.parameters)}; --parameter NAME=EXPRESSION says what one of the calibration's is in these."
+            )
     values = {name: np.array([run.parameters.get(name, np.nan) for run in runs]) for name in theirs}
     others = {name: each for name, each in values.items() if name not in needed}
     if varying := [name for name, each in others.items() if name not in calibration.space.fixed and not np.all(each == each[0])]:
-        raise InputError(f"{folder}: its runs differ in {', '.join(varying)}, which the calibration does not have among {', '.join(names)}, and runs that differ in these alone were expected.")
+        raise InputError(
+            f"{folder}: its runs differ in {', '.join(varying)}, which the calibration does not have among {', '.join(names)}, and runs that differ in these alone were expected."
+        )
     theta = [expression(values) if isinstance(expression, Expression) else values[expression] for expression in expressions.values()]
-    return np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), (len(runs),)) for each in theta], axis=1), {name: float(each[0]) for name, each in others.items() if name not in calibration.space.fixed}
+    return np.stack([np.broadcast_to(np.asarray(each, dtype=np.float64), (len(runs),)) for each in theta], axis=1), {
+        name: float(each[0]) for name, each in others.items() if name not in calibration.space.fixed
+    }
 
 
 def _expression(name: str, text: str | None) -> Expression | str:
@@ -153,7 +165,13 @@ def _is_expression(text: str) -> bool:
 
 
 def _add(
-    gathered: Gathered, run: ForeignRun, theta: NDArray[np.float64], experiment: Experiment, output: Output, without_control: bool, thinnings: Sequence[Thinning]
+    gathered: Gathered,
+    run: ForeignRun,
+    theta: NDArray[np.float64],
+    experiment: Experiment,
+    output: Output,
+    without_control: bool,
+    thinnings: Sequence[Thinning],
 ) -> str | None:
     """Add one run; or why it says nothing."""
     reference, columns = experiment.reference, dict(run.columns)
@@ -173,5 +191,8 @@ def _at_reference_rows(output: Output, control: str) -> Output:
     """The output with the control as the reference has it, to which nothing that is declared of it applies."""
     strain = output.strain if not isinstance(output.strain, str) else {name: output.strain for name in output.columns if name in STRAINS}
     return replace(
-        output, columns={**output.columns, control: Column(control)}, zero=tuple(name for name in output.zero if name != control), strain={name: word for name, word in strain.items() if name != control}
+        output,
+        columns={**output.columns, control: Column(control)},
+        zero=tuple(name for name in output.zero if name != control),
+        strain={name: word for name, word in strain.items() if name != control},
     )

@@ -93,7 +93,9 @@ def predict(
         raise InputError("a prediction needs a posterior, and the campaign has none yet.")
     if experiment is None and result.space.per_experiment:
         listed = ", ".join(f'"{each.name}"' for each in result.experiments)
-        raise InputError(f"a prediction needs to know whose value of {', '.join(result.space.per_experiment)} is meant: experiment = one of {listed} was expected.")
+        raise InputError(
+            f"a prediction needs to know whose value of {', '.join(result.space.per_experiment)} is meant: experiment = one of {listed} was expected."
+        )
     at_once = number_of_workers(workers)
     if samples < 2:
         raise InputError(f"a prediction needs at least two samples of the posterior, not {samples}.")

@@ -53,7 +53,9 @@ class Record:
         self.iterations = store.iterations()
         self.learnt: tuple[Learnt, ...] = store.learnt()
         if store.is_library:
-            raise InputError(f"{store.folder}: this is a library of runs for no reference, which has no result; calibrations learn from it, by runs under [filter] or by --runs.")
+            raise InputError(
+                f"{store.folder}: this is a library of runs for no reference, which has no result; calibrations learn from it, by runs under [filter] or by --runs."
+            )
         if not self.iterations:
             raise InputError(f"{store.folder or 'the campaign'}: no {round_of(calibration.method)} is complete yet, so there is no result.")
         self.ids = np.concatenate([iteration.samples.ids for iteration in self.iterations])
@@ -243,7 +245,7 @@ class Record:
 
     @cached_property
     def grade(self) -> Grade | None:
-        """"optimal", "sub-optimal", "no fit" or "no result", and why, of the last iteration: by the paper's method. None by the method "posterior", which has no such grade."""
+        """Of the last iteration, by the paper's method: "optimal", "sub-optimal", "no fit" or "no result", and why. None by the method "posterior", which has no such grade."""
         return None if self.has_posterior else grade(self.iterations[-1], self.stop)
 
     def response(self, sample: int, experiment: int | str = 0) -> Response | Failure | None:
@@ -318,6 +320,8 @@ class Record:
                 attempts[rows[sample], experiment] = tries
                 seconds[rows[sample], experiment] = np.nan if took is None else took
         return seconds, attempts
+
+
 def on_states(outcome: Response | Failure | None, states: NDArray[np.float64]) -> Response | Failure | None:
     """An outcome at the states (S,) of its model, or the first of them that it comes to: a curve that was told by hand may be on others, and is NaN where it does not reach as far."""
     if not isinstance(outcome, Response) or np.array_equal(outcome.control, states[: len(outcome.control)]):

@@ -87,7 +87,9 @@ def _pairs(*groups: tuple[str, ...]) -> set[frozenset[str]]:
 
 EXCLUSIVE: frozenset[frozenset[str]] = frozenset(
     _pairs(("settled",), ("stopped",), ("under-way",))
-    | _pairs((*IDENTIFIED, "identifiability", "settled"), ("preliminary", "mostly-unsure", "not-settled", "interval-so-far", "identifiability-open", "runs-wanting"))
+    | _pairs(
+        (*IDENTIFIED, "identifiability", "settled"), ("preliminary", "mostly-unsure", "not-settled", "interval-so-far", "identifiability-open", "runs-wanting")
+    )
     | _pairs((*IDENTIFIED, "identifiability", "settled"), ("under-way", "stopped", "emulator-predicts-nothing"))
     | _pairs(("emulator-predicts-nothing",), ("emulator-rough", "runs-wanting", "mostly-unsure"))
     | _pairs(("nothing-against",), tuple(CODES["doubt"]))

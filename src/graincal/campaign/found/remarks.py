@@ -97,7 +97,9 @@ def _of_parameters(result: Record) -> list[Remark]:
 def _identifiability(result: Record) -> Remark:
     of_each = dict(zip(result.space.names, result.shrinkage))
     if not has_settled(result):
-        return remark("identifiability-open", "Which parameters are identified cannot be said yet: only a posterior that has settled tells.", std_over_prior=of_each)
+        return remark(
+            "identifiability-open", "Which parameters are identified cannot be said yet: only a posterior that has settled tells.", std_over_prior=of_each
+        )
     labels, said = [shown.label for shown in parameters(result.space)], []
     for code in ("identified", "weakly-identified", "not-identified"):
         if members := [label for label, shrinkage in zip(labels, result.shrinkage) if code_of(result, shrinkage) == code]:
@@ -131,7 +133,12 @@ def _fitting(result: Record, known: ByEmulators | None) -> list[Remark]:
     if fits is None:
         return []
     figures = {"runs": fits.count, "parameters": len(fits.low), "range": dict(zip(result.space.names, map(list, zip(fits.low, fits.high))))}
-    values = listed([f"{shown.label} {numbers.between(low, high)}{shown.behind}{shown.without_log(low, high)}" for shown, low, high in zip(parameters(result.space), fits.low, fits.high)])
+    values = listed(
+        [
+            f"{shown.label} {numbers.between(low, high)}{shown.behind}{shown.without_log(low, high)}"
+            for shown, low, high in zip(parameters(result.space), fits.low, fits.high)
+        ]
+    )
     fit = f"{numbers.count(fits.count, 'run')} fit{'s' * (fits.count == 1)} about as well as {_measured_by(fits)}"
     if fits.enough:
         return [remark("fits-about-as-well", f"{fit}: {values}. These were run; values between and beside them may fit as well.", **figures)]
@@ -144,7 +151,9 @@ def _measured_by(fits: LikelyRuns) -> str:
 
 def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
     answer, evaluations = result.answer, result.evaluations
-    theta = ", ".join(f"{shown.label} {numbers.value(value, 3)}{shown.behind}{shown.without_log(value)}" for shown, value in zip(parameters(result.space), answer.theta))
+    theta = ", ".join(
+        f"{shown.label} {numbers.value(value, 3)}{shown.behind}{shown.without_log(value)}" for shown, value in zip(parameters(result.space), answer.theta)
+    )
     said = [remark("answer", f"The answer, which fits best as far as the emulator knows: {theta}.", theta=dict(zip(result.space.names, answer.theta)))]
     has_error = np.isfinite(answer.errors)
     figures = {"errors": answer.errors, "mean": answer.mean, "spread": answer.spread}
@@ -201,6 +210,17 @@ def _ending(result: Record) -> Remark:
         done += f" and a first look of {len(look.theta)} evaluations by cheaper models"
     if result.stopped_because is None:
         are = "is" if len(result.iterations) == 1 else "are"
-        return remark("under-way", f"Not at its end: {done} {are} complete, and what stands here is what they say so far.", batches=len(result.iterations), evaluations=result.evaluations)
+        return remark(
+            "under-way",
+            f"Not at its end: {done} {are} complete, and what stands here is what they say so far.",
+            batches=len(result.iterations),
+            evaluations=result.evaluations,
+        )
     code = "settled" if has_settled(result) else "stopped"
-    return remark(code, f"Stopped after {done}: {continued(result.stopped_because)}", stopped_by=result.stopped_by, batches=len(result.iterations), evaluations=result.evaluations)
+    return remark(
+        code,
+        f"Stopped after {done}: {continued(result.stopped_because)}",
+        stopped_by=result.stopped_by,
+        batches=len(result.iterations),
+        evaluations=result.evaluations,
+    )

@@ -84,7 +84,9 @@ def _by_name(store: Store) -> str:
     named = dict.fromkeys(model.get("function") or model.get("name") for model in models if model["kind"] in ("python", "absent"))
     programs = dict.fromkeys(shlex.join(model["command"]) for model in models if "command" in model)
     if nameless := [name for name in named if "<" in name]:
-        raise InputError(f"{store.folder}: its model is {nameless[0]}, which has no name by which it could be known to be the same; a function or a class of a module was expected.")
+        raise InputError(
+            f"{store.folder}: its model is {nameless[0]}, which has no name by which it could be known to be the same; a function or a class of a module was expected."
+        )
     return ", ".join((*named, *programs))
 
 
@@ -170,7 +172,9 @@ def _same_models(store: Store, named: str, calibration: Calibration) -> list[tup
     for experiment, model, numbers in zip(calibration.experiments, ours, serve):
         at_pressure = [number for number in numbers if theirs[number].get("confining_pressure") == model.get("confining_pressure") and number not in chosen]
         if not at_pressure:
-            raise InputError(f'{named}: it has no runs at the confining pressure of the experiment "{experiment.name}", and with several experiments those of each, at its own pressure, were expected.')
+            raise InputError(
+                f'{named}: it has no runs at the confining pressure of the experiment "{experiment.name}", and with several experiments those of each, at its own pressure, were expected.'
+            )
         chosen.append(at_pressure[0])
     return [tuple(chosen)]
 

@@ -89,7 +89,9 @@ def accepted_problems(accepted: Sequence[Doubt]) -> tuple[Remark, ...]:
     """That a campaign was begun in spite of problems; nothing without any."""
     if not accepted:
         return ()
-    text = f"It was begun in spite of {numbers.count(len(accepted), 'problem')} that graincal check finds, which --accept accepted: {' '.join(map(str, accepted))}"
+    text = (
+        f"It was begun in spite of {numbers.count(len(accepted), 'problem')} that graincal check finds, which --accept accepted: {' '.join(map(str, accepted))}"
+    )
     return (remark("accepted-problems", text, problems=[doubt.as_json() for doubt in accepted]),)
 
 
@@ -197,7 +199,11 @@ def _of_errors(result: Record, known: ByEmulators) -> list[Remark]:
         text = (
             f"{away}, and {cause} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
             "or the errors are too small as they are stated or taken, or the answer lies where the emulator is wrong. "
-            + ("The intervals allow for a discrepancy of the model." if allows_discrepancy(result) else "The intervals leave that out; discrepancy = true allows for it.")
+            + (
+                "The intervals allow for a discrepancy of the model."
+                if allows_discrepancy(result)
+                else "The intervals leave that out; discrepancy = true allows for it."
+            )
         )
         return [remark("answer-far", text, mean=mean, expected_error=expected)]
     if FAR * mean < expected:

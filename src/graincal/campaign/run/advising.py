@@ -103,7 +103,9 @@ def advise(
 def _check(result: Result, samples: int) -> None:
     """Raise InputError where advice cannot be given, before anything is run."""
     if not result.has_posterior:
-        raise InputError(f'advice needs to know how sure the parameters are: the campaign\'s method is "{result.calibration.method}", and "{POSTERIOR}" was expected.')
+        raise InputError(
+            f'advice needs to know how sure the parameters are: the campaign\'s method is "{result.calibration.method}", and "{POSTERIOR}" was expected.'
+        )
     if result.posterior is None or not result.stopped_by:
         raise InputError("advice is by the posterior of a campaign at its end, and this one is not: graincal resume goes on with it.")
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < FEWEST:
@@ -118,7 +120,9 @@ def _experiment(result: Result) -> Experiment:
 def _candidates(result: Result, tests: Sequence[CandidateTest | str] | None, experiment: Experiment) -> list[CandidateTest]:
     """The tests that are asked for, or the default ones. Raises InputError for what is none."""
     if (tests is None or any(isinstance(test, str) for test in tests)) and not isinstance(experiment.model, StressPathTest):
-        raise InputError("the campaign has no experiment with a built-in test: tests of other models are those of a calibration file, by --tests, or are given from Python, as graincal.CandidateTest(name, model, at, observables).")
+        raise InputError(
+            "the campaign has no experiment with a built-in test: tests of other models are those of a calibration file, by --tests, or are given from Python, as graincal.CandidateTest(name, model, at, observables)."
+        )
     if tests is None:
         return default_tests(experiment, result.experiments)
     found = [candidate_test(test, experiment) if isinstance(test, str) else test for test in tests]
@@ -245,10 +249,14 @@ def _lost(judged: Sequence[AdvisedTest], samples: int) -> list[str]:
     """Which truths do not count as often as the posterior has them. samples: the draws that were asked for."""
     said = []
     if (different := judged[0].runs) < samples:
-        said.append(f"{samples} draws from the posterior are {different} different ones: one that was drawn more than once counts once, so that probable values count less than they ought to.")
+        said.append(
+            f"{samples} draws from the posterior are {different} different ones: one that was drawn more than once counts once, so that probable values count less than they ought to."
+        )
     for each in judged:
         if len(each.failures) > LOST * each.runs:
-            said.append(f"{each.name}: {len(each.failures)} of its {each.runs} runs gave no response, and it is judged by the other truths, which need not be like those.")
+            said.append(
+                f"{each.name}: {len(each.failures)} of its {each.runs} runs gave no response, and it is judged by the other truths, which need not be like those."
+            )
     return said
 
 

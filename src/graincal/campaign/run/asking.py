@@ -40,7 +40,9 @@ def ask(folder: str | Path, experiment: str | None = None) -> list[Asked]:
     folder = Path(folder)
     with closing(Store.open(folder)) as store:
         if is_running(folder):
-            raise InputError(f"{folder}: a process is running this campaign, and makes what waits; `graincal status {shlex.quote(str(folder))}` says how far it is.")
+            raise InputError(
+                f"{folder}: a process is running this campaign, and makes what waits; `graincal status {shlex.quote(str(folder))}` says how far it is."
+            )
         calibration = store.calibration
         found = [_asked(store, calibration, number) for number in _numbers(calibration, folder, experiment)]
         if not any(len(each.ids) for each in found):
@@ -67,7 +69,9 @@ def as_yade_table(asked: Asked) -> str:
         if not name.isidentifier():
             raise InputError(f'a table of YADE has names such as log_E in its first line, and "{name}" is none; --format csv takes it.')
     if not np.isfinite(asked.values).all():
-        raise InputError("a table of YADE has a number in each cell, and some parameters that were computed of others have none; --format csv leaves these cells empty.")
+        raise InputError(
+            "a table of YADE has a number in each cell, and some parameters that were computed of others have none; --format csv leaves these cells empty."
+        )
     lines = [["description", *asked.names], *([str(id), *map(_number, row)] for id, row in zip(asked.ids.tolist(), asked.values.tolist()))]
     return "".join(" ".join(line) + "\n" for line in lines)
 

@@ -73,7 +73,9 @@ class CandidateTest:
 
     def reference(self, values: NDArray[np.float64], *, simulated: bool = False) -> Reference:
         """What the test would measure: values (T, J) of the observables."""
-        return Reference(self.at, dict(zip(self.observables, np.transpose(values))), None, self.measurement_errors, control_name=self.control_name, simulated=simulated)
+        return Reference(
+            self.at, dict(zip(self.observables, np.transpose(values))), None, self.measurement_errors, control_name=self.control_name, simulated=simulated
+        )
 
 
 def candidate_test(words: str, experiment: Experiment) -> CandidateTest:
@@ -137,7 +139,9 @@ def rows_to(model: StressPathTest, last: float) -> NDArray[np.float64]:
 
 def _pressure_of(experiment: Experiment) -> float:
     if experiment.model.confining_pressure is None:
-        raise InputError(f'experiment "{experiment.name}" has no confining pressure that other tests could be at: name tests with a pressure, such as "triaxial 1e5".')
+        raise InputError(
+            f'experiment "{experiment.name}" has no confining pressure that other tests could be at: name tests with a pressure, such as "triaxial 1e5".'
+        )
     return float(experiment.model.confining_pressure)
 
 

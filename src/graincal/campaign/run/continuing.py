@@ -46,7 +46,9 @@ def refuse_another_past(store: Store, calibration: Calibration) -> int:
     ended, because = store.meta("stopped_by"), store.meta("stopped_because")
     stop = calibration.blank_filter().stop
     if ended and (ended not in _CRITERIA or stop.max_iterations != calibration.stop.max_iterations):
-        raise InputError(f"{store.folder}: this campaign is at its end, by {calibration.method} and {ended}, and no criterion of stopping changes that: {because}")
+        raise InputError(
+            f"{store.folder}: this campaign is at its end, by {calibration.method} and {ended}, and no criterion of stopping changes that: {because}"
+        )
     if ended == "hours" and stop.hours is not False and float(store.meta(SPENT) or 0) >= 3600 * stop.hours:
         raise InputError(f"{store.folder}: it would still be at its end, by hours ({because}); raise that limit, or switch it off by false.")
     iterations, begun = store.iterations(), store.last_iteration()
@@ -78,7 +80,9 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
         if number < complete:
             tell(filter, asked, store, calibration.experiments)
     if filter.finished:
-        raise InputError(f"{store.folder}: it would still be at its end, by {filter.stopped_by} ({filter.stopped_because}); raise that limit, or switch it off by false.")
+        raise InputError(
+            f"{store.folder}: it would still be at its end, by {filter.stopped_by} ({filter.stopped_because}); raise that limit, or switch it off by false."
+        )
     return begun
 
 

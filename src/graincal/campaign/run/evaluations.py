@@ -88,7 +88,9 @@ class Evaluations:
         """Have samples evaluated in one experiment, by whatever model it has here, to their ends. Raises InputError where none is to be run here."""
         if self.calibration.by_hand:
             folder = self.store.folder
-            raise InputError(f"{folder}: runs on packings like that of {experiment.name} come next, which are prepared here and cannot be made by hand; graincal makes them by: graincal resume {shlex.quote(str(folder))}")
+            raise InputError(
+                f"{folder}: runs on packings like that of {experiment.name} come next, which are prepared here and cannot be made by hand; graincal makes them by: graincal resume {shlex.quote(str(folder))}"
+            )
         for listener in self.listeners:
             listener.evaluates_beside(len(samples))
         self._submit(iteration, self._tasks(iteration, number, samples, experiment))
@@ -152,7 +154,9 @@ class Evaluations:
 
         tasks = experiment.tasks(self.calibration.space.seen_by(number, samples))
         names = [Evaluation(iteration, number, int(id)) for id in samples.ids]
-        return [replace(task, name=name, order=(iteration, number), watch=partial(hopeless, name.id) if early_stop else None) for name, task in zip(names, tasks)]
+        return [
+            replace(task, name=name, order=(iteration, number), watch=partial(hopeless, name.id) if early_stop else None) for name, task in zip(names, tasks)
+        ]
 
     def _record(self, ended: Ended) -> tuple[Evaluation, Response | Failure]:
         """Keep an outcome, after those that were held back."""

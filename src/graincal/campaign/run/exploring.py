@@ -57,7 +57,9 @@ def explore(
     if isinstance(model, Sequence):
         experiments = list(model)
         if to is not None or not all(isinstance(each, Experiment) for each in experiments):
-            raise InputError("explore takes one model with to, the last control value, or a list of Experiment(name, model, reference), whose references say how far runs go.")
+            raise InputError(
+                "explore takes one model with to, the last control value, or a list of Experiment(name, model, reference), whose references say how far runs go."
+            )
     elif to is None:
         raise InputError("explore needs to know how far runs go: to = the last control value was expected.")
     else:
@@ -102,7 +104,13 @@ def _refuse_anything(folder: Path) -> None:
 
 
 def go_on_filling(
-    folder: Path, models: Sequence[Model] | None = None, workers: int | Literal["all"] | None = None, listeners: Sequence[Listener] = (), *, trust: bool = False, by_hand: bool = False
+    folder: Path,
+    models: Sequence[Model] | None = None,
+    workers: int | Literal["all"] | None = None,
+    listeners: Sequence[Listener] = (),
+    *,
+    trust: bool = False,
+    by_hand: bool = False,
 ) -> Path:
     """Make the runs of a library that are not there yet. trust, by_hand: as in `resume`."""
     with closing(Log(folder)) as log:

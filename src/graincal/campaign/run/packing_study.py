@@ -26,7 +26,9 @@ def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
         if siblings is None or not len(waiting) or store.meta(TROUBLE.format(number)):
             continue
         for listener in listeners:
-            listener.remark(f"Learns what packings differ by: prepares {SIBLINGS} packings like that of {experiment.name}, where they are not there yet, and runs {len(waiting)} samples on them.")
+            listener.remark(
+                f"Learns what packings differ by: prepares {SIBLINGS} packings like that of {experiment.name}, where they are not there yet, and runs {len(waiting)} samples on them."
+            )
         try:
             model = experiment.model.on_siblings(SIBLINGS, calibration.number_of_workers)
         except InputError as error:
@@ -37,7 +39,9 @@ def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
         own, others = experiment.model.packing.void_ratio, model.packing.void_ratio
         if abs(own - others) > VOID_RATIO_APART:
             for listener in listeners:
-                listener.remark(f"The packings like that of {experiment.name} have a void ratio of {others:.3f}, and it has {own:.3f}: the nearest that could be prepared.")
+                listener.remark(
+                    f"The packings like that of {experiment.name} have a void ratio of {others:.3f}, and it has {own:.3f}: the nearest that could be prepared."
+                )
         evaluations.of_one(STUDY, number, waiting, replace(experiment, model=model))
     store.keep(STUDIED, "yes")
     filter.tell_packings(*packings_told(store, calibration.experiments))

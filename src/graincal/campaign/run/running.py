@@ -165,7 +165,14 @@ def resume(
 
 
 def _resume(
-    folder: Path, model: Model | Sequence[Model] | None, workers: int | Literal["all"] | None, listeners: Sequence[Listener], criteria: Mapping[str, Any], *, trust: bool, by_hand: bool
+    folder: Path,
+    model: Model | Sequence[Model] | None,
+    workers: int | Literal["all"] | None,
+    listeners: Sequence[Listener],
+    criteria: Mapping[str, Any],
+    *,
+    trust: bool,
+    by_hand: bool,
 ) -> Result:
     store = Store.open(folder)
     run = edited_run(folder / CALIBRATION_FILE, store)
@@ -188,7 +195,9 @@ def _resume(
             listener.remark(f"{folder / CALIBRATION_FILE} was changed in {edited}; what the store holds is used, and resume's options change when it stops.")
     if since := changed_since(store):
         for listener in listeners:
-            listener.remark(f"{since[0]} was changed in {since[1]} since this campaign was begun by it; what the store holds is used, and a new campaign would take the file as it is.")
+            listener.remark(
+                f"{since[0]} was changed in {since[1]} since this campaign was begun by it; what the store holds is used, and a new campaign would take the file as it is."
+            )
     if store.meta("stopped_by") and not changes:
         return Result(store, calibration)
     calibration.check()
@@ -214,7 +223,11 @@ def _resume(
 
 def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[Listener]) -> Result:
     now = provenance()
-    log.write("Runs with " + ", ".join(f"{name} {value}" for name, value in now.items()) + f", {calibration.number_of_workers} workers{'' if calibration.place is None else f', by {calibration.place}'}.")
+    log.write(
+        "Runs with "
+        + ", ".join(f"{name} {value}" for name, value in now.items())
+        + f", {calibration.number_of_workers} workers{'' if calibration.place is None else f', by {calibration.place}'}."
+    )
     _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
     listeners = (*listeners, log)
     sources = calibration.known.sources if calibration.known else ()
@@ -268,9 +281,13 @@ def _refuse_campaign(folder: Path, calibration: Calibration, *, locked: bool = F
     if holds_campaign(folder):
         with closing(Store.open(folder)) as store:
             if store.is_library:
-                raise InputError(f"{folder}: this folder holds a library of runs, and a campaign needs a folder of its own; the calibration learns from it by runs under [filter] or by --runs.")
+                raise InputError(
+                    f"{folder}: this folder holds a library of runs, and a campaign needs a folder of its own; the calibration learns from it by runs under [filter] or by --runs."
+                )
             if not locked and is_running(folder):
-                raise InputError(f"{folder}: another process is running a campaign in this folder; `graincal status {shlex.quote(str(folder))}` says how far it is.")
+                raise InputError(
+                    f"{folder}: another process is running a campaign in this folder; `graincal status {shlex.quote(str(folder))}` says how far it is."
+                )
             if store.keeps(_decided_as(calibration, store)):
                 raise InputError(f"{folder}: this calibration was begun here before, go on with it by: graincal resume {shlex.quote(str(folder))}")
         raise InputError(f"{folder}: this folder holds another campaign, and a new one needs a folder of its own.")

@@ -74,7 +74,16 @@ class Steps(Listener):
     def _step(self, number: int | None = None, complete: bool = False) -> Step:
         left = (time.monotonic() - self._began) / self._done * max(self._total - self._done, 0) if self._done else math.nan
         return Step(
-            self._round, self._number if number is None else number, self._done, self._total, self._failed, self._stopped, self._evaluations, left, self._smallest, complete
+            self._round,
+            self._number if number is None else number,
+            self._done,
+            self._total,
+            self._failed,
+            self._stopped,
+            self._evaluations,
+            left,
+            self._smallest,
+            complete,
         )
 
 

@@ -48,7 +48,9 @@ def tell(folder: str | Path, told: str | Path, listeners: Sequence[Listener] = (
         found = Told(by_hand=calibration.by_hand)
         for number, file in _files(told, calibration, found):
             _take(store, calibration, number, file, found, (*listeners, log))
-        log.write(f"Was told of {told}: {found.kept} outcomes kept, {found.known} known before, {len(found.not_needed)} not needed, {len(found.refused)} refused.")
+        log.write(
+            f"Was told of {told}: {found.kept} outcomes kept, {found.known} known before, {len(found.not_needed)} not needed, {len(found.refused)} refused."
+        )
         found.left = sum(len(waiting(store, number)) for number in by_hand(calibration))
         found.whole = not store.meta("stopped_by") and _whole(store, calibration)
         return found
@@ -62,7 +64,10 @@ def _files(told: Path, calibration: Calibration, found: Told) -> Iterator[tuple[
         names = [file_name(experiment.name) for experiment in calibration.experiments]
         inner = sorted(each for each in told.iterdir() if each.is_dir())
         folders = {number: [each for each in inner if file_name(each.name) == name] for number, name in enumerate(names)}
-        found.refused += [f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected." for path in told_in(told, calibration.experiments[0])]
+        found.refused += [
+            f"{path}: the files of an experiment lie in a folder of its name, and one of {', '.join(names)} was expected."
+            for path in told_in(told, calibration.experiments[0])
+        ]
         strange = [each for each in inner if file_name(each.name) not in names and holds_runs(each, calibration.experiments[0])]
         found.refused += [f"{each}: there is no experiment of this name, and one of {', '.join(names)} was expected." for each in strange]
     for number, each in folders.items():
@@ -87,10 +92,12 @@ def _take(store: Store, calibration: Calibration, number: int, file: ToldFile, f
         if _same(before, outcome):
             found.known += 1
         else:
-            found.refused.append(f'{file.path}: something else was told of sample {file.id} in "{experiment.name}" before, or graincal ran it; what is stored stays.')
+            found.refused.append(
+                f'{file.path}: something else was told of sample {file.id} in "{experiment.name}" before, or graincal ran it; what is stored stays.'
+            )
         return
     if file.id not in waiting(store, number):
-        found.not_needed.append(f'{file.path}: not needed, for sample {file.id} has failed in another experiment.')
+        found.not_needed.append(f"{file.path}: not needed, for sample {file.id} has failed in another experiment.")
         return
     store.record(file.id, number, outcome)
     found.kept += 1

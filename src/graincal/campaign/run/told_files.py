@@ -46,7 +46,9 @@ def ending(experiment: Experiment) -> str:
 def told_in(folder: Path, experiment: Experiment) -> list[Path]:
     """The files of a folder that end as those that are told; what else lies there is left alone."""
     try:
-        return sorted(path for path in folder.iterdir() if path.suffix in (ending(experiment), CURVE, FAILED) and path.is_file() and not path.name.startswith("."))
+        return sorted(
+            path for path in folder.iterdir() if path.suffix in (ending(experiment), CURVE, FAILED) and path.is_file() and not path.name.startswith(".")
+        )
     except OSError as error:
         raise InputError(unreadable(folder, error, "a folder of runs")) from None
 
@@ -111,5 +113,7 @@ def _by_names(path: Path, experiment: Experiment) -> Output:
     """The output of a file whose columns bear the quantities' names: those that are compared, which must be there, and any others that have a number in each row."""
     reference = experiment.reference
     columns = read_columns(path, path.name)
-    besides = [name for name in (*DIMENSIONS, *(getattr(experiment.model, "returned", None) or ())) if columns.has(name) and np.isfinite(columns.find(name)[0]).all()]
+    besides = [
+        name for name in (*DIMENSIONS, *(getattr(experiment.model, "returned", None) or ())) if columns.has(name) and np.isfinite(columns.find(name)[0]).all()
+    ]
     return Output({name: Column(name) for name in dict.fromkeys((reference.control_name, *reference.measured, *besides))})

@@ -56,7 +56,13 @@ class StoredCalibration:
         truth = json.loads(self.meta("truth"))
         # A store of a version before says none.
         place = json.loads(self.meta("place") or "null")
-        others = {"workers": json.loads(self.meta("workers")), "place": place and Place(**place), "source": self.meta("source"), "truth": truth, "file": self.meta("file")}
+        others = {
+            "workers": json.loads(self.meta("workers")),
+            "place": place and Place(**place),
+            "source": self.meta("source"),
+            "truth": truth,
+            "file": self.meta("file"),
+        }
         return restore(self.description, known=self._known(), **others)
 
     @damage_is_said
@@ -128,7 +134,9 @@ def known_arrays(runs: KnownRuns | None) -> dict[str, bytes]:
     """What a store keeps of runs that were made before."""
     if runs is None:
         return {}
-    arrays = {"theta": runs.theta, "infeasible": runs.infeasible, "missing": runs.missing} | {f"responses {number}": responses for number, responses in enumerate(runs.responses)}
+    arrays = {"theta": runs.theta, "infeasible": runs.infeasible, "missing": runs.missing} | {
+        f"responses {number}": responses for number, responses in enumerate(runs.responses)
+    }
     return {name: pack_array(array) for name, array in arrays.items()}
 
 

@@ -97,7 +97,9 @@ def refuse_strangers_code(store: Store, place: Place | None = None) -> None:
     runs += [f"{each}{''.join(f', {key} = {json.dumps(each.blocks[key])}' for key in _LINES if key in each.blocks)}" for each in places.values()]
     if runs:
         said = "; ".join(runs)
-        raise InputError(f"{database}: this campaign belongs to another user ({_user(owner)}), and to go on with it runs code: {said}. Where you trust that, go on by --trust, or trust=True in Python.")
+        raise InputError(
+            f"{database}: this campaign belongs to another user ({_user(owner)}), and to go on with it runs code: {said}. Where you trust that, go on by --trust, or trust=True in Python."
+        )
 
 
 def _user(number: int) -> str:

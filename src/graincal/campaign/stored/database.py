@@ -56,7 +56,9 @@ class Database:
             else:
                 # A reader needs to write too: it may have to roll back what a killed writer left.
                 mode = "rwc" if create else "rw"
-                self._connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=60, isolation_level=None, check_same_thread=False)
+                self._connection = sqlite3.connect(
+                    f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=60, isolation_level=None, check_same_thread=False
+                )
                 self._connection.execute("PRAGMA synchronous = FULL")
         except sqlite3.Error as error:
             raise FolderError.of(path, error, reading=not create) from error

@@ -36,7 +36,10 @@ class StoredEvaluations(StoredCalibration):
             return
         ids = [int(id) for id in samples.ids]
         with self._transaction() as db:
-            db.executemany("INSERT INTO sample (id, iteration, theta) VALUES (?, ?, ?)", [(id, iteration, json.dumps(theta.tolist())) for id, theta in zip(ids, samples.theta)])
+            db.executemany(
+                "INSERT INTO sample (id, iteration, theta) VALUES (?, ?, ?)",
+                [(id, iteration, json.dumps(theta.tolist())) for id, theta in zip(ids, samples.theta)],
+            )
             db.executemany(
                 "INSERT INTO evaluation (sample, experiment, state, attempts) VALUES (?, ?, 'waiting', 0)",
                 [(id, experiment) for id in ids for experiment in range(experiments)],
@@ -123,7 +126,11 @@ class StoredEvaluations(StoredCalibration):
     @damage_is_said
     def detail(self, name: str, experiment: int) -> dict[int, float | None]:
         """A detail of the evaluations in an experiment, by sample, such as "steps"; None where it is not known."""
-        return dict(self._rows("SELECT sample, CASE WHEN json_valid(details) THEN json_extract(details, '$.' || ?) END FROM evaluation WHERE experiment = ?", name, experiment))
+        return dict(
+            self._rows(
+                "SELECT sample, CASE WHEN json_valid(details) THEN json_extract(details, '$.' || ?) END FROM evaluation WHERE experiment = ?", name, experiment
+            )
+        )
 
     @damage_is_said
     def failure_kinds(self) -> list[tuple[str, str, int]]:
@@ -156,7 +163,9 @@ def _outcome(
     if state == "finished":
         said = json.loads(about)
         control_name, pressure, in_pascal = (said[name] for name in _ABOUT)
-        return Response(unpack_array(control), unpack_columns(response), _numbers(details), control_name, pressure, tuple(in_pascal), tuple(said.get("turns", ())))
+        return Response(
+            unpack_array(control), unpack_columns(response), _numbers(details), control_name, pressure, tuple(in_pascal), tuple(said.get("turns", ()))
+        )
     return Failure(kind, reason, _numbers(details)) if state == "failed" else None
 
 

@@ -38,7 +38,15 @@ class Store(StoredEvaluations):
     """The database of a campaign. `folder` is None for one in memory, which ends with the object."""
 
     @classmethod
-    def create(cls, calibration: Calibration, folder: Path | None = None, *, library: int | None = None, points: NDArray[np.float64] | None = None, accepted: Sequence[Doubt] = ()) -> Store:
+    def create(
+        cls,
+        calibration: Calibration,
+        folder: Path | None = None,
+        *,
+        library: int | None = None,
+        points: NDArray[np.float64] | None = None,
+        accepted: Sequence[Doubt] = (),
+    ) -> Store:
         """A new store for a calibration, in a folder or in memory. The folder must hold no campaign (`holds_campaign`). library: of so many runs for no reference; points (N, n): at these
         parameters. accepted: problems in spite of which it is begun."""
         store = cls(folder, Database(folder / NAME if folder else None, create=True))
@@ -71,8 +79,12 @@ class Store(StoredEvaluations):
         if found not in (BEFORE, VERSION):
             by = f"graincal {store._begun_by()} in the format {found}"
             if found > VERSION:
-                raise InputError(f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads formats up to {VERSION}: a later version of graincal was expected to read it.")
-            raise InputError(f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads the formats {BEFORE} and {VERSION} alone: calibrate again, in another folder.")
+                raise InputError(
+                    f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads formats up to {VERSION}: a later version of graincal was expected to read it."
+                )
+            raise InputError(
+                f"{folder / NAME}: this campaign was stored by {by}, and graincal {version('graincal')} reads the formats {BEFORE} and {VERSION} alone: calibrate again, in another folder."
+            )
         if found == BEFORE:
             if is_running(folder):
                 raise InputError(f"{folder}: a version of graincal before this one is running this campaign; wait for its end.")
@@ -92,16 +104,23 @@ class Store(StoredEvaluations):
         arrays = [pack_array(array) for array in (iteration.weights, iteration.errors, iteration.observable_errors)]
         with self._transaction() as db:
             # SQLite keeps NaN as NULL.
-            db.execute(f"INSERT OR IGNORE INTO iteration ({', '.join(columns_of('iteration'))}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (iteration.index, *numbers, iteration.unweighted, *arrays))
+            db.execute(
+                f"INSERT OR IGNORE INTO iteration ({', '.join(columns_of('iteration'))}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                (iteration.index, *numbers, iteration.unweighted, *arrays),
+            )
             if learnt:
                 db.execute("INSERT OR IGNORE INTO learnt (iteration, figures) VALUES (?, ?)", (iteration.index, json.dumps(learnt.plain())))
             for found in looks:
-                db.execute("INSERT OR IGNORE INTO look (evaluations, iteration, found) VALUES (?, ?, ?)", (len(found.weights), iteration.index, pack_look(found)))
+                db.execute(
+                    "INSERT OR IGNORE INTO look (evaluations, iteration, found) VALUES (?, ?, ?)", (len(found.weights), iteration.index, pack_look(found))
+                )
 
     @damage_is_said
     def iterations(self) -> tuple[Iteration, ...]:
         """The iterations that are complete; their proposals are not kept."""
-        return tuple(self._iteration(*row) for row in self._rows(f"SELECT {', '.join(columns_of('iteration'))} FROM iteration WHERE {sound('iteration')} ORDER BY id"))
+        return tuple(
+            self._iteration(*row) for row in self._rows(f"SELECT {', '.join(columns_of('iteration'))} FROM iteration WHERE {sound('iteration')} ORDER BY id")
+        )
 
     @damage_is_said
     def learnt(self) -> tuple[Learnt, ...]:
@@ -111,7 +130,11 @@ class Store(StoredEvaluations):
     @damage_is_said
     def look(self, evaluations: int | None = None) -> Found | None:
         """What was found by a look at so many evaluations, or by the last one; None where none was taken."""
-        chosen, arguments = (f"WHERE {sound('look')} ORDER BY evaluations DESC LIMIT 1", ()) if evaluations is None else (f"WHERE evaluations = ? AND {sound('look')}", (evaluations,))
+        chosen, arguments = (
+            (f"WHERE {sound('look')} ORDER BY evaluations DESC LIMIT 1", ())
+            if evaluations is None
+            else (f"WHERE evaluations = ? AND {sound('look')}", (evaluations,))
+        )
         rows = self._rows(f"SELECT found FROM look {chosen}", *arguments)
         return unpack_look(rows[0][0], self.calibration.space) if rows else None
 

@@ -20,4 +20,8 @@ class FolderError(InputError):
             error = OSError(errno.ENOSPC, str(error))
         if isinstance(error, OSError):
             return cls(unreadable(path, error, "a file of the campaign") if reading else unwritable(path, error))
-        return cls(f"{path}: this cannot be read ({error}), and the store of a campaign was expected here." if reading else f"{path}: this cannot be written ({error}).")
+        return cls(
+            f"{path}: this cannot be read ({error}), and the store of a campaign was expected here."
+            if reading
+            else f"{path}: this cannot be written ({error})."
+        )

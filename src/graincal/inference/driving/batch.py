@@ -156,9 +156,7 @@ class Batches:
         for number, (array, expected) in enumerate(zip(arrays, shapes), start=1):
             shape = (count, *expected)
             if array.shape != shape:
-                raise InputError(
-                    f"tell: the responses to experiment {number} must have the shape {shape} (samples, states, observables), not {array.shape}."
-                )
+                raise InputError(f"tell: the responses to experiment {number} must have the shape {shape} (samples, states, observables), not {array.shape}.")
         return arrays
 
 

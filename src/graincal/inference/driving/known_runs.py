@@ -37,7 +37,9 @@ class KnownRuns:
         """Raise InputError where they are not of these parameters and references."""
         shapes = [(len(self), *reference.values.shape) for reference in references]
         if self.theta.shape != (len(self), space.size) or [each.shape for each in self.responses] != shapes:
-            raise InputError("known runs must be of the same parameters, experiments and observables as the calibration, at the states that are kept of its references.")
+            raise InputError(
+                "known runs must be of the same parameters, experiments and observables as the calibration, at the states that are kept of its references."
+            )
         if not np.all(space.contains(self.theta)):
             raise InputError(f"known runs must lie within {places(space)}.")
 

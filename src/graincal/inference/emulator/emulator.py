@@ -148,8 +148,7 @@ class Emulator:
         """Components (count, M, q) that mean responses may have at points (M, n), drawn jointly over the points."""
         points = self._points(unit)
         drawn = [
-            process.predict(points)[0] + np.sqrt(inflation) * process.draw(points, count, rng)
-            for process, inflation in zip(self._processes, self.inflation)
+            process.predict(points)[0] + np.sqrt(inflation) * process.draw(points, count, rng) for process, inflation in zip(self._processes, self.inflation)
         ]
         if self._cheaper is None:
             return np.stack(drawn, axis=2)

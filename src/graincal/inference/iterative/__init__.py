@@ -1,1 +1,1 @@
-'''"iterative-bayesian", the method of Hartmann, Cheng, Thornton (2022).'''
+"""The method "iterative-bayesian", of Hartmann, Cheng, Thornton (2022)."""

@@ -132,9 +132,7 @@ class IterativeBayesianFilter(AskTellFilter):
             raise InputError(f'filter.covariance must be "tied" or "full", not "{self.covariance}".')
         count = self.samples_per_iteration
         if not 1 / count < self.effective_sample_size < 1:
-            raise InputError(
-                f"filter.effective_sample_size must lie between 1/{count}, one sample of an iteration, and 1, not {self.effective_sample_size}."
-            )
+            raise InputError(f"filter.effective_sample_size must lie between 1/{count}, one sample of an iteration, and 1, not {self.effective_sample_size}.")
         if not isinstance(self.seed, (int, np.integer)) or self.seed < 0:
             raise InputError(f"seed must be a whole number, not negative, not {self.seed!r}.")
         if self.stop.max_evaluations is not False and self.stop.max_evaluations < count:

@@ -33,9 +33,7 @@ def sample_errors(errors: NDArray[np.float64], shares: NDArray[np.float64]) -> N
     return errors @ (1 / shares) / np.sum(1 / shares)
 
 
-def errors_so_far(
-    responses: Sequence[NDArray[np.float64]], references: Sequence[Reference]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def errors_so_far(responses: Sequence[NDArray[np.float64]], references: Sequence[Reference]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """`observable_errors` (N, P) and `sample_errors` (N,) of responses that were stopped, one (N, T, J) for each reference: over the states that they came
     to, and the experiments that they were run in."""
     pairs = []

@@ -79,7 +79,10 @@ class ReducedLikelihood:
 
     def exact(self, components: NDArray[np.float64]) -> NDArray[np.float64]:
         """log p(y | z), (...), of components (..., q) that are known."""
-        logs = [constant + components @ slope - 0.5 * np.sum(components @ curvature * components, axis=-1) for constant, slope, curvature in zip(self.constant, self.slope, self.curvature)]
+        logs = [
+            constant + components @ slope - 0.5 * np.sum(components @ curvature * components, axis=-1)
+            for constant, slope, curvature in zip(self.constant, self.slope, self.curvature)
+        ]
         return scipy.special.logsumexp(np.stack(logs, axis=-1) + self.log_prior, axis=-1)
 
     def __call__(self, mean: NDArray[np.float64], variance: NDArray[np.float64]) -> NDArray[np.float64]:

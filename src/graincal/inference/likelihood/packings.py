@@ -74,9 +74,7 @@ def places(space: ParameterSpace, theta: NDArray[np.float64], errors: NDArray[np
     return theta[best[chosen]]
 
 
-def packing_scatter(
-    responses: NDArray[np.float64], own: NDArray[np.float64], control: NDArray[np.float64], siblings: Siblings
-) -> PackingScatter | None:
+def packing_scatter(responses: NDArray[np.float64], own: NDArray[np.float64], control: NDArray[np.float64], siblings: Siblings) -> PackingScatter | None:
     """From responses of siblings (S, P, T, J) at P places, NaN where there is none, and of the calibration's own packing (P, T, J). None where too few came to an end.
 
     The covariance found is shrunk towards a smooth one with the same variances, for a few packings have few directions.
@@ -129,5 +127,3 @@ def gaussian_kernel(control: NDArray[np.float64], length: float) -> NDArray[np.f
     """The correlation (T, T) of what is alike over `length`, in lengths of the whole curve."""
     extent = control[-1] - control[0] if len(control) > 1 else 1.0
     return np.exp(-0.5 * ((control[:, None] - control) / (length * extent)) ** 2)
-
-

@@ -1,1 +1,1 @@
-'''"posterior", the default method.'''
+"""The method "posterior", the default."""

@@ -37,7 +37,10 @@ def _best_in_box(expected: LogLikelihood, space: ParameterSpace, starts: NDArray
         logs = expected(np.concatenate([point[None], point + step, point - step]))
         return -logs[0], (logs[space.size + 1 :] - logs[1 : space.size + 1]) / 2e-4
 
-    searches = [scipy.optimize.minimize(downhill, start, jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50}) for start in starts[:SEARCHES]]
+    searches = [
+        scipy.optimize.minimize(downhill, start, jac=True, method="L-BFGS-B", bounds=[(0, 1)] * space.size, options={"maxiter": 50})
+        for start in starts[:SEARCHES]
+    ]
     points = _feasible(np.concatenate([starts[:1], [search.x for search in searches]]), impossible)
     return points[np.argmax(expected(points))]
 
@@ -62,7 +65,9 @@ def _best_allowed(expected: LogLikelihood, space: ParameterSpace, starts: NDArra
         members = max(FEWEST_MEMBERS, MEMBERS * space.size)
         # Few starts stand there more than once.
         first = np.resize(starts[:members], (members, space.size))
-        return scipy.optimize.differential_evolution(downhill, [(0, 1)] * space.size, init=first, maxiter=GENERATIONS, seed=0, polish=False, vectorized=True, updating="deferred").x
+        return scipy.optimize.differential_evolution(
+            downhill, [(0, 1)] * space.size, init=first, maxiter=GENERATIONS, seed=0, polish=False, vectorized=True, updating="deferred"
+        ).x
 
 
 def _feasible(unit: NDArray[np.float64], impossible: Chance | None) -> NDArray[np.float64]:

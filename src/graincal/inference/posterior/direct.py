@@ -39,9 +39,7 @@ class Weighed:
         return pareto_k(self.log_weights)
 
 
-def weigh_directly(
-    evaluations: Evaluations, references: Sequence[Reference], errors: Sequence[ErrorModel], effective: float | None = None
-) -> Weighed | None:
+def weigh_directly(evaluations: Evaluations, references: Sequence[Reference], errors: Sequence[ErrorModel], effective: float | None = None) -> Weighed | None:
     """The weights of evaluations; None while no sample that was drawn has a response.
 
     effective: the number of evaluations to leave effective, by a power of the likelihood below 1 if need be; 20 a parameter, and not more than half

@@ -68,7 +68,11 @@ def doubt(
     widths = np.array([_width(column, weights) for column in unit.T]).T
     own = np.array([_width(column, np.full((1, len(unit)), 1 / len(unit)))[0] for column in unit.T])
     other = np.log(np.maximum(widths, LEAST_SPREAD * own) / own)
-    return Doubt(_usual((means - middle) / wider, sampling / wider**2), _usual(other, np.zeros(1)), log_evidence + scipy.special.logsumexp(relative, axis=1) - np.log(len(unit)))
+    return Doubt(
+        _usual((means - middle) / wider, sampling / wider**2),
+        _usual(other, np.zeros(1)),
+        log_evidence + scipy.special.logsumexp(relative, axis=1) - np.log(len(unit)),
+    )
 
 
 def _width(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:

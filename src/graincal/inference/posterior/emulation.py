@@ -183,7 +183,9 @@ def _averaged(every: Sequence[NDArray[np.float64]], nearness: Sequence[NDArray[n
     return tuple(float(np.sqrt(np.average(errors**2, weights=near))) for errors, near in zip(every, nearness))
 
 
-def _likelihoods(references: Sequence[Reference], errors: Sequence[ErrorModel], scatters: Sequence[bool], emulators: Sequence[Emulator]) -> list[ReducedLikelihood]:
+def _likelihoods(
+    references: Sequence[Reference], errors: Sequence[ErrorModel], scatters: Sequence[bool], emulators: Sequence[Emulator]
+) -> list[ReducedLikelihood]:
     """Of what the emulators predict, under errors."""
     return [
         ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, emulator.added(scatter))
@@ -224,7 +226,9 @@ def recall(
         for number, (reference, model, scatter, kernels) in enumerate(zip(references, errors, scatters, found.kernels))
     ]
     emulators, likelihoods, first_states = zip(*learnt)
-    return Emulation(**_figures(found), emulators=emulators, likelihoods=likelihoods, first_states=first_states, impossible=_impossible(evaluations, *found.of_impossible))
+    return Emulation(
+        **_figures(found), emulators=emulators, likelihoods=likelihoods, first_states=first_states, impossible=_impossible(evaluations, *found.of_impossible)
+    )
 
 
 def _emulated(

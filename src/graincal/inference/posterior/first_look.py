@@ -34,7 +34,9 @@ class FirstLook:
         """Raise InputError where they are not of these parameters and references, or too few."""
         shapes = [(len(self.theta), *reference.values.shape) for reference in references]
         if self.theta.ndim != 2 or self.theta.shape[1] != space.size or [each.shape for each in self.responses] != shapes:
-            raise InputError("a first look must be of the same parameters, experiments and observables as the calibration, at the states that are kept of its references.")
+            raise InputError(
+                "a first look must be of the same parameters, experiments and observables as the calibration, at the states that are kept of its references."
+            )
         if np.sum(space.contains(self.theta)) < 2:
             raise InputError(f"a first look needs at least two evaluations within the parameters' ranges, and it has {np.sum(space.contains(self.theta))}.")
 

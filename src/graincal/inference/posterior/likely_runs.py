@@ -66,6 +66,7 @@ def log_likelihoods(evaluations: Evaluations, references: Sequence[Reference], e
     usable = evaluations.usable
     logs = np.full(len(evaluations), -np.inf)
     logs[usable] = sum(
-        marginal(log_likelihood(responses[usable], reference, model), model.log_prior) for responses, reference, model in zip(evaluations.responses, references, errors)
+        marginal(log_likelihood(responses[usable], reference, model), model.log_prior)
+        for responses, reference, model in zip(evaluations.responses, references, errors)
     )
     return logs

@@ -371,9 +371,7 @@ class PosteriorFilter(AskTellFilter):
         most = self.most_evaluations
         return most is None or self._batches.asked + size + self._at_answer <= most
 
-    def _ask(
-        self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None, emulation: Emulation | None = None
-    ) -> None:
+    def _ask(self, proposal: DefensiveMixture, count: int, chosen: NDArray[np.float64] | None = None, emulation: Emulation | None = None) -> None:
         """Ask for so many samples of a density and those chosen. emulation: by which runs of the former may be stopped."""
         try:
             drawn = proposal.draw(count, self._rng("draw", self._batches_asked)) if count else np.empty((0, self.space.size))
@@ -428,7 +426,9 @@ class PosteriorFilter(AskTellFilter):
         if most and self._batches_asked >= most:
             met["max_iterations"] = f"the limit of {most} batches is reached"
         if not self._fits(self._next_size):
-            met["max_evaluations"] = f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
+            met["max_evaluations"] = (
+                f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
+            )
         return met
 
     def _iteration(self, batch: Batch) -> Iteration:

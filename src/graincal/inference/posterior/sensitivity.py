@@ -20,6 +20,7 @@ from graincal.inference.sampling.proposal import systematic_resampling
 # Samples of the posterior that are weighted anew for other errors, and how many effective ones are enough.
 SAMPLES, ENOUGH = 2000, 200
 
+
 def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evidence: float) -> float:
     """The log evidence if each range were half as wide, about the posterior's mean as far as the range allows. NaN where the constraints leave so little of that, that its volume cannot be known."""
     low = np.clip(space.to_unit(posterior.mean()) - 0.25, 0, 0.5)
@@ -34,7 +35,12 @@ def evidence_of_half_ranges(posterior: Posterior, space: ParameterSpace, log_evi
 
 
 def under_other_errors(
-    emulation: Emulation, space: ParameterSpace, references: Sequence[Reference], scatters: Sequence[bool], errors: Sequence[ErrorModel], rng: np.random.Generator
+    emulation: Emulation,
+    space: ParameterSpace,
+    references: Sequence[Reference],
+    scatters: Sequence[bool],
+    errors: Sequence[ErrorModel],
+    rng: np.random.Generator,
 ) -> Posterior:
     """The posterior under other hypotheses on the errors of the references, by the same emulators: no evaluation is made.
 
@@ -65,7 +71,9 @@ def under_one_likelihood(emulation: Emulation, space: ParameterSpace, experiment
     return _explored(space, log_likelihood, emulation, rng)
 
 
-def _explored(space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], emulation: Emulation, rng: np.random.Generator) -> Posterior:
+def _explored(
+    space: ParameterSpace, log_likelihood: Callable[[NDArray[np.float64]], NDArray[np.float64]], emulation: Emulation, rng: np.random.Generator
+) -> Posterior:
     # Wider posteriors reach into the ranges.
     near = replace(emulation.explored.proposal, prior_share=0.5)
     found = explore(space, log_likelihood, rng, near=near, thorough=False)

@@ -33,7 +33,9 @@ class Settling:
 
     def calm(self, emulation: Emulation | None) -> bool:
         """Whether what the emulators do not know moves the posterior by little, and most of it lies where runs succeed."""
-        return self._enough is not False and emulation is not None and emulation.predicts and emulation.doubt.most <= self._enough and emulation.lost <= MOST_LOST
+        return (
+            self._enough is not False and emulation is not None and emulation.predicts and emulation.doubt.most <= self._enough and emulation.lost <= MOST_LOST
+        )
 
     def wants_fresh_runs(self, emulation: Emulation | None) -> bool:
         """Whether the next batch is to be of fresh runs."""

@@ -91,9 +91,7 @@ class DefensiveMixture:
                 drawn = sequence.random(max(64, int(np.ceil(count / mass))))
                 component = np.minimum(np.searchsorted(bounds, drawn[:, 0], side="right") - 1, len(factors) - 1)
                 normal = scipy.special.ndtri(np.clip(drawn[:, 1:], 1e-12, 1 - 1e-12))
-                unit = np.where(
-                    (component < 0)[:, None], drawn[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal)
-                )
+                unit = np.where((component < 0)[:, None], drawn[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal))
                 kept = np.concatenate([kept, unit[self.space.allows(unit)]])
                 if len(kept) >= count:
                     break

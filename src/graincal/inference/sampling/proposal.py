@@ -59,7 +59,10 @@ class TruncatedMixture:
         """The part of the whole mixture that the prior holds possible, to a relative 1e-3 up to five parameters; with constraints to a relative 1e-2."""
         if self.space.constraints:
             return _mass_left(self)
-        return float(self.weights @ [_in_cube(mean, np.linalg.cholesky(covariance), _even_points(len(mean)))[0].mean() for mean, covariance in zip(self.means, self.covariances)])
+        return float(
+            self.weights
+            @ [_in_cube(mean, np.linalg.cholesky(covariance), _even_points(len(mean)))[0].mean() for mean, covariance in zip(self.means, self.covariances)]
+        )
 
     def log_density(self, theta: NDArray[np.float64]) -> NDArray[np.float64]:
         """The log of the density (N,) at theta (N, n), in the parameters' own units: it integrates to 1 over the prior's part of the box and is -inf outside."""

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 SIMULATED = 20_000
 
 
-def rank(
-    truth: NDArray[np.float64], values: NDArray[np.float64], weights: NDArray[np.float64], draws: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
+def rank(truth: NDArray[np.float64], values: NDArray[np.float64], weights: NDArray[np.float64], draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """How many of `draws` samples of a posterior are below the truth, 0 to draws: (q,), of q quantities whose true values are truth (q,).
 
     values (M, q) of samples with weights (M,) that sum to 1, from which the draws are taken at random.

@@ -33,7 +33,9 @@ def observables_of(case: Case) -> tuple[str, tuple[str, ...]]:
     control, observables = _sheared(case)
     if not observables:
         stresses = ", ".join(column.label for column in case.columns if column.quantity in STRESS_FORMS)
-        raise NotUnderstood(f"{case.table.path}: the stresses of columns {stresses or '(none)'} give neither the deviator stress nor the pore pressure, and one of them was expected of {IN_WORDS[case.kind]}: --column deviator_stress=COLUMN:UNIT and so on say which is which.")
+        raise NotUnderstood(
+            f"{case.table.path}: the stresses of columns {stresses or '(none)'} give neither the deviator stress nor the pore pressure, and one of them was expected of {IN_WORDS[case.kind]}: --column deviator_stress=COLUMN:UNIT and so on say which is which."
+        )
     return control, observables
 
 
@@ -60,7 +62,9 @@ def _compressed(case: Case) -> tuple[str, tuple[str, ...]]:
     start = case.known.confining_pressure or float(stress[0])
     turns = turns_of(stress[since(stress, start)], start)
     if len(turns) > MOST_TURNS:
-        raise InputError(f"{case.table.path}: the {driver.replace('_', ' ')} turns around {len(turns)} times, and a loading with a few cycles was expected: --rows FIRST-LAST chooses a part of it, or its noise has to be smoothed.")
+        raise InputError(
+            f"{case.table.path}: the {driver.replace('_', ' ')} turns around {len(turns)} times, and a loading with a few cycles was expected: --rows FIRST-LAST chooses a part of it, or its noise has to be smoothed."
+        )
     control = "position" if turns else driver
     compared = "void_ratio" if case.void_ratio else "volumetric_strain" if case.column("volumetric_strain") else "axial_strain"
     return control, (compared,)
@@ -75,7 +79,9 @@ def driving_stress(case: Case) -> np.ndarray:
         stress = np.abs(column.plain) if column is not None else np.empty(0)
     stress = through_zero(stress[~np.isnan(stress)])
     if not np.any(stress > 0):
-        raise NotUnderstood(f"{case.table.path}: no column is known as {'an effective axial' if case.kind == 'oedometric' else 'a mean effective'} stress above 0, which drives {IN_WORDS[case.kind]}: --column {'axial' if case.kind == 'oedometric' else 'mean'}_stress=COLUMN:UNIT says which is.")
+        raise NotUnderstood(
+            f"{case.table.path}: no column is known as {'an effective axial' if case.kind == 'oedometric' else 'a mean effective'} stress above 0, which drives {IN_WORDS[case.kind]}: --column {'axial' if case.kind == 'oedometric' else 'mean'}_stress=COLUMN:UNIT says which is."
+        )
     return stress[stress > 0]
 
 
@@ -103,7 +109,9 @@ def chosen_columns(case: Case, control: str, observables: tuple[str, ...]) -> Co
         elif name == "axial_strain" and case.shortening is not None:
             found[case.shortening.quantity] = case.shortening
         elif name == "axial_strain":
-            raise NotUnderstood(f"{case.table.path}: no column is known as a void ratio or a strain, which {IN_WORDS[case.kind]} is compared by: --column void_ratio=COLUMN or --column axial_strain=COLUMN:UNIT says which is.")
+            raise NotUnderstood(
+                f"{case.table.path}: no column is known as a void ratio or a strain, which {IN_WORDS[case.kind]} is compared by: --column void_ratio=COLUMN or --column axial_strain=COLUMN:UNIT says which is."
+            )
     return found
 
 

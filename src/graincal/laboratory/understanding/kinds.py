@@ -31,7 +31,7 @@ def decide_kind(case: Case) -> None:
         case.decide("kind", case.kind, "you gave it", by="person")
         if proven and proven != case.kind:
             case.ask("kind", f"You say {case.kind}, and the file is of {IN_WORDS[proven]}, because {because}: which is it?", KINDS, proven, "--kind")
-    elif (other := remarks.other_test(case.words)):
+    elif other := remarks.other_test(case.words):
         case.kind = proven or "triaxial"
         case.ask("kind", f"The file speaks of '{other}', which is none of the tests that are calibrated on: is it one of them after all?", KINDS, "", "--kind")
     elif said == "constant-mean-stress" and proven == "triaxial" and (case.state is None or case.state.lateral is None):
@@ -40,7 +40,13 @@ def decide_kind(case: Case) -> None:
         case.decide("kind", said, "the file says so in words", by="words")
     elif proven and said and said != proven and not (proven == "constant-mean-stress" and said == "triaxial"):
         case.kind = proven
-        case.ask("kind", f"The file says {IN_WORDS[said]}, and its columns are of {IN_WORDS[proven]}, because {because}: which is it?", (said, proven), proven, "--kind")
+        case.ask(
+            "kind",
+            f"The file says {IN_WORDS[said]}, and its columns are of {IN_WORDS[proven]}, because {because}: which is it?",
+            (said, proven),
+            proven,
+            "--kind",
+        )
     elif proven:
         case.kind = proven
         case.decide("kind", proven, because)
@@ -55,7 +61,9 @@ def decide_kind(case: Case) -> None:
 def _ask(case: Case) -> None:
     if case.shortening is None:
         case.kind = "oedometric" if case.column("axial_stress") else "isotropic"
-        case.ask("kind", "Nothing in the file tells an oedometer test from an isotropic compression: which is it?", ("oedometric", "isotropic"), case.kind, "--kind")
+        case.ask(
+            "kind", "Nothing in the file tells an oedometer test from an isotropic compression: which is it?", ("oedometric", "isotropic"), case.kind, "--kind"
+        )
     else:
         case.kind = "triaxial"
         case.ask("kind", f"{_undecided(case)}: which is it?", KINDS[:3], "triaxial", "--kind")
@@ -66,7 +74,11 @@ def _undecided(case: Case) -> str:
     lateral = case.state.lateral if case.state is not None else None
     if volume_changes(case) and lateral is not None and variation(lateral) >= DRIFT:
         return f"The volume changes while the effective lateral stress goes from {np.nanmin(lateral):.6g} to {np.nanmax(lateral):.6g} Pa, which is neither a drained test at a constant one nor one at constant volume"
-    reasons = "; ".join(f"{column.label} would be {column.unusable}" for column in case.columns if column.unusable and column.meaning.quantity in ("volume_change", "volumetric_strain", "pore_pressure", "excess_pore_pressure", "void_ratio"))
+    reasons = "; ".join(
+        f"{column.label} would be {column.unusable}"
+        for column in case.columns
+        if column.unusable and column.meaning.quantity in ("volume_change", "volumetric_strain", "pore_pressure", "excess_pore_pressure", "void_ratio")
+    )
     return "The file has neither a change of volume nor a pore pressure that tells a drained from an undrained test" + (f" ({reasons})" if reasons else "")
 
 
@@ -86,9 +98,15 @@ def _one_dimensional(case: Case) -> tuple[str, str]:
         return "oedometric", "the group CONS is of consolidation tests"
     if strain is None or case.state is not None and case.state.lateral is not None and case.state.axial is not None:
         return "", ""
-    if ratio is not None and proof(strain.values, strain.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, strain.unit.symbol if strain.unit else None):
+    if ratio is not None and proof(
+        strain.values, strain.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, strain.unit.symbol if strain.unit else None
+    ):
         return "oedometric", f"the void ratio changes with {strain.label} as it does without lateral strain"
-    if volumetric is not None and case.column("axial_stress") and np.nanmax(np.abs(strain.plain - volumetric.plain)) <= 2 * (strain.last_digit + volumetric.last_digit) < 0.1 * np.nanmax(np.abs(strain.plain)):
+    if (
+        volumetric is not None
+        and case.column("axial_stress")
+        and np.nanmax(np.abs(strain.plain - volumetric.plain)) <= 2 * (strain.last_digit + volumetric.last_digit) < 0.1 * np.nanmax(np.abs(strain.plain))
+    ):
         return "oedometric", f"{volumetric.label} is {strain.label}: there is no lateral strain"
     return "", ""
 
@@ -100,7 +118,11 @@ def _isotropic(case: Case) -> tuple[str, str]:
         if np.nanmax(np.abs(state.deviator)) < 0.05 * np.nanmax(np.abs(mean)) and np.nanmax(mean) > COMPRESSED * np.nanmin(mean[mean > 0], initial=np.inf):
             return "isotropic", "the axial and the lateral stress are the same throughout"
         return "", ""
-    stresses = {column.quantity for column in case.columns if column.quantity in ("axial_stress", "lateral_stress", "mean_stress", "deviator_stress", "half_sum_stress", "stress_ratio")}
+    stresses = {
+        column.quantity
+        for column in case.columns
+        if column.quantity in ("axial_stress", "lateral_stress", "mean_stress", "deviator_stress", "half_sum_stress", "stress_ratio")
+    }
     if stresses == {"mean_stress"} and case.shortening is None and (case.void_ratio or case.column("volumetric_strain")):
         return "isotropic", "its only stress is the mean stress, and the volume changes with it"
     return "", ""
@@ -141,7 +163,11 @@ def _sheared(case: Case) -> tuple[str, str]:
 
 def _has_deviator(case: Case) -> bool:
     """Whether the columns say how far the stresses differ."""
-    return (case.state is not None and case.state.deviator is not None) or any(case.column(name) for name in ("stress_ratio", "deviator_to_mean_stress")) or case.state is None
+    return (
+        (case.state is not None and case.state.deviator is not None)
+        or any(case.column(name) for name in ("stress_ratio", "deviator_to_mean_stress"))
+        or case.state is None
+    )
 
 
 def _held(lateral: NDArray[np.float64] | None) -> str:

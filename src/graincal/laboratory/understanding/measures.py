@@ -44,7 +44,13 @@ def _ask(case: Case, proposed: str) -> None:
     key = "strain" if len(asked) == len(case.measures) else f"strain.{asked[0]}"
     names = " and ".join(name.replace("_", " ") for name in asked)
     other = f" The rest is {proposed}." if len(asked) < len(case.measures) else " Laboratories mostly print engineering strain, simulations logarithmic."
-    case.ask(key, f"Whether {names} {'is' if len(asked) == 1 else 'are'} engineering or logarithmic cannot be seen from the numbers.{other}", ("engineering", "logarithmic"), proposed, "--strain")
+    case.ask(
+        key,
+        f"Whether {names} {'is' if len(asked) == 1 else 'are'} engineering or logarithmic cannot be seen from the numbers.{other}",
+        ("engineering", "logarithmic"),
+        proposed,
+        "--strain",
+    )
 
 
 def _proven(case: Case, name: str) -> tuple[str, str] | None:
@@ -53,11 +59,17 @@ def _proven(case: Case, name: str) -> tuple[str, str] | None:
         # The strains of the axes add up to the volumetric one only where all are logarithmic.
         total = np.sum([each.values for each in case.summed], axis=0)
         found = ratio and proof(total, 3 * min(each.digits for each in case.summed), void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, None)
-        return ("logarithmic", "the strains of the three axes add up to the logarithm of the change of volume") if found and found.measure == "logarithmic" else None
+        return (
+            ("logarithmic", "the strains of the three axes add up to the logarithm of the change of volume")
+            if found and found.measure == "logarithmic"
+            else None
+        )
     if column is None:
         return None
     if ratio is not None and (name == "volumetric_strain" or case.kind == "oedometric"):
-        found = proof(column.values, column.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, column.unit.symbol if column.unit else None)
+        found = proof(
+            column.values, column.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, column.unit.symbol if column.unit else None
+        )
         if found and found.measure:
             return found.measure, f"the void ratio changes with {column.label} as it does by {found.measure} strain"
     strains = [case.column(each) for each in STRAINS]

@@ -24,15 +24,33 @@ def decide_pressure(case: Case) -> float | None:
             case.notes.append(f"The file says a confining pressure of {found:g} Pa, and you {given:g} Pa: yours is taken.")
         return given
     if found is None:
-        case.ask("confining_pressure", because or "The file does not say the confining pressure: what is it, as an effective stress in Pa?", (), "", "--confining-pressure")
+        case.ask(
+            "confining_pressure",
+            because or "The file does not say the confining pressure: what is it, as an effective stress in Pa?",
+            (),
+            "",
+            "--confining-pressure",
+        )
         return None
     if case.bare_stresses and because.startswith("columns"):
-        case.ask("confining_pressure", "It follows from the columns once the unit of their stresses is known: what is it in Pa?", (), f"{found:.6g}", "--stress-unit, or --confining-pressure")
+        case.ask(
+            "confining_pressure",
+            "It follows from the columns once the unit of their stresses is known: what is it in Pa?",
+            (),
+            f"{found:.6g}",
+            "--stress-unit, or --confining-pressure",
+        )
         return found
     told = remarks.confining_pressures(case.words)
     said = told[0] if len(told) == 1 else None
     if said is not None and because.startswith("columns") and not math.isclose(said[0], found, rel_tol=CONTRADICTED) and (said[1] or not case.wet):
-        case.ask("confining_pressure", f"A line above the table says a confining pressure of {said[0]:g} Pa, and the columns come to {found:.6g} Pa: which is it?", (f"{said[0]:g}", f"{found:.6g}"), f"{found:.6g}", "--confining-pressure")
+        case.ask(
+            "confining_pressure",
+            f"A line above the table says a confining pressure of {said[0]:g} Pa, and the columns come to {found:.6g} Pa: which is it?",
+            (f"{said[0]:g}", f"{found:.6g}"),
+            f"{found:.6g}",
+            "--confining-pressure",
+        )
         return found
     case.decide("confining_pressure", f"{found:.6g}", because.removeprefix("columns: "), by="proof" if because.startswith("columns") else "words")
     return found

@@ -34,7 +34,11 @@ def decide_axes(case: Case) -> None:
     if case.column("volumetric_strain") is None:
         case.summed = tuple(named(column, "volumetric_strain", PLAIN) for column in strains)
     if not named_axis:
-        case.decide("axial_strain", strains[axial].header, f"of the strains {', '.join(column.header for column in strains)} this one goes another way than both others, so that its axis is the loaded one")
+        case.decide(
+            "axial_strain",
+            strains[axial].header,
+            f"of the strains {', '.join(column.header for column in strains)} this one goes another way than both others, so that its axis is the loaded one",
+        )
     if unit is not None and not stresses[axial].said:
         case.decide("units.axial_stress", "Pa", f"stresses of a simulation to {largest:.4g} are no kPa, in which they would crush the grains")
 

@@ -20,7 +20,14 @@ from graincal.laboratory.vocabulary import Meaning, meaning
 from graincal.suggestion import did_you_mean
 
 KNOWN_HERE = (*READABLE, "back_pressure", "initial_void_ratio")
-ALIASES = {"confining_pressure": "lateral_stress", "total_confining_pressure": "total_lateral_stress", "q": "deviator_stress", "deviatoric_stress": "deviator_stress", "p": "mean_stress", "e": "void_ratio"}
+ALIASES = {
+    "confining_pressure": "lateral_stress",
+    "total_confining_pressure": "total_lateral_stress",
+    "q": "deviator_stress",
+    "deviatoric_stress": "deviator_stress",
+    "p": "mean_stress",
+    "e": "void_ratio",
+}
 """What may be written for a quantity where a column is named."""
 _TENSOR = re.compile(r"(?P<what>s|sig|sigma|stress|e|eps|epsilon|strain)_?(?P<axis>11|22|33|xx|yy|zz)")
 SAME = 0.01
@@ -90,7 +97,10 @@ def see(table: Table, said: Mapping[str, tuple[Place, str | None]]) -> list[Seen
     if said:
         taken = {column.quantity for column in columns if column.said}
         # A measure of stress that a person names is the only one that is looked at, but for what it is combined with.
-        columns = [column if column.said or column.quantity not in taken else replace(column, unusable=f"{column.quantity}, but another column was named for it") for column in columns]
+        columns = [
+            column if column.said or column.quantity not in taken else replace(column, unusable=f"{column.quantity}, but another column was named for it")
+            for column in columns
+        ]
     return _without_doubles(table, columns)
 
 
@@ -142,7 +152,9 @@ def _usable(table: Table, column: Seen, unknown: str) -> Seen:
     if column.unit is not None and (meant := _BY_DIMENSION.get((quantity, column.unit.dimension))):
         return replace(column, meaning=replace(column.meaning, quantity=meant))
     if column.unit is not None and column.unit.dimension != dimension:
-        return replace(column, unusable=f"{quantity}, but '{column.unit.symbol}' is a unit of {column.unit.dimension}, and one of {known_units(dimension)} was expected")
+        return replace(
+            column, unusable=f"{quantity}, but '{column.unit.symbol}' is a unit of {column.unit.dimension}, and one of {known_units(dimension)} was expected"
+        )
     return column
 
 
@@ -175,7 +187,9 @@ def _without_doubles(table: Table, columns: list[Seen]) -> list[Seen]:
     twice = {column.meaning.quantity for column in doubles}
     if "axial_strain" in twice and len(twice) > 1:
         listed = ", ".join(f"{column.index + 1} {column.header or '(no name)'}" for column in columns)
-        raise InputError(f"{table.path}: the file seems to hold several curves, and its columns are {listed}: --column axial_strain=..., --column deviator_stress=... choose one by the numbers of its columns.")
+        raise InputError(
+            f"{table.path}: the file seems to hold several curves, and its columns are {listed}: --column axial_strain=..., --column deviator_stress=... choose one by the numbers of its columns."
+        )
     if differing:
         first, second = differing[0]
         raise InputError(
@@ -189,8 +203,18 @@ def _cell_apart(columns: list[Seen]) -> list[Seen]:
     """A cell pressure beside another lateral stress that it exceeds is the total one."""
     lateral = [column for column in columns if column.quantity == "lateral_stress" and column.meaning.effective is None and not column.said]
     other = next((column for column in lateral if not column.meaning.cell), None)
-    totals = {column.index for column in lateral if other is not None and column.meaning.cell and _differ(column, other) and np.nanmedian(_in_one_unit(column, other)[0]) > np.nanmedian(_in_one_unit(column, other)[1])}
-    return [replace(column, meaning=replace(column.meaning, quantity="total_lateral_stress", effective=False)) if column.index in totals else column for column in columns]
+    totals = {
+        column.index
+        for column in lateral
+        if other is not None
+        and column.meaning.cell
+        and _differ(column, other)
+        and np.nanmedian(_in_one_unit(column, other)[0]) > np.nanmedian(_in_one_unit(column, other)[1])
+    }
+    return [
+        replace(column, meaning=replace(column.meaning, quantity="total_lateral_stress", effective=False)) if column.index in totals else column
+        for column in columns
+    ]
 
 
 def _differ(one: Seen, other: Seen) -> bool:

@@ -51,7 +51,12 @@ def _axial(case: Case) -> None:
         return
     convention = _of_stresses(case)
     if said is not None and said != end * wanted:
-        _ask(case, strain, end * wanted, f"The file says that compression is {WORDS[said]}, and {strain.label} {'grows' if end > 0 else 'falls'} while the axial stress is {'below' if case.extension else 'above'} the lateral one")
+        _ask(
+            case,
+            strain,
+            end * wanted,
+            f"The file says that compression is {WORDS[said]}, and {strain.label} {'grows' if end > 0 else 'falls'} while the axial stress is {'below' if case.extension else 'above'} the lateral one",
+        )
     elif convention is None and said is None and end < 0:
         _ask(case, strain, -1.0, f"{strain.label} and the stress are both negative or of opposite signs: a test in extension, or another sign convention")
     elif convention is None and said is None:
@@ -60,14 +65,27 @@ def _axial(case: Case) -> None:
             f"stress has its sign turned in a compression, --compression {key}=negative that the sample is extended."
         )
     elif convention is not None and said is None and end * wanted != convention:
-        _ask(case, strain, end * wanted, f"{strain.label} {'grows' if end > 0 else 'falls'} while the axial stress is {'below' if case.extension else 'above'} the lateral one, against the sign of the stresses")
+        _ask(
+            case,
+            strain,
+            end * wanted,
+            f"{strain.label} {'grows' if end > 0 else 'falls'} while the axial stress is {'below' if case.extension else 'above'} the lateral one, against the sign of the stresses",
+        )
     elif end * wanted < 0:
-        case.decide(f"compression.{key}", "negative", f"the axial stress is {'below' if case.extension else 'above'} the lateral one, and {strain.label} {'grows' if end > 0 else 'falls'}")
+        case.decide(
+            f"compression.{key}",
+            "negative",
+            f"the axial stress is {'below' if case.extension else 'above'} the lateral one, and {strain.label} {'grows' if end > 0 else 'falls'}",
+        )
 
 
 def _of_stresses(case: Case) -> float | None:
     """The sign of compression among normal stresses; None where there is none, or a stress ratio alone, which has no sign. A ratio above 1 is of compression whatever sign a strain has."""
-    normal = [sign for name, sign in (case.state.quantities.values() if case.state else ()) if name not in ("deviator_stress", "half_difference_stress", "pore_pressure")]
+    normal = [
+        sign
+        for name, sign in (case.state.quantities.values() if case.state else ())
+        if name not in ("deviator_stress", "half_difference_stress", "pore_pressure")
+    ]
     if normal:
         return normal[0]
     if case.column("stress_ratio") is not None or case.column("deviator_to_mean_stress") is not None:
@@ -100,7 +118,15 @@ def _volumetric(case: Case, column: Seen) -> None:
 
 
 def _proven(case: Case, column: Seen) -> tuple[float | None, str]:
-    if (ratio := case.void_ratio) is not None and (found := proof(column.values, column.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, column.unit.symbol if column.unit and column.unit.dimension == "fraction" else None)):
+    if (ratio := case.void_ratio) is not None and (
+        found := proof(
+            column.values,
+            column.digits,
+            void_ratio_of(ratio.quantity, ratio.values),
+            case.void_ratio_digits,
+            column.unit.symbol if column.unit and column.unit.dimension == "fraction" else None,
+        )
+    ):
         return found.sign, f"the void ratio falls where {column.label} {'grows' if found.sign > 0 else 'falls'}"
     axial, radial = case.column("axial_strain"), case.column("radial_strain")
     if axial is not None and radial is not None:
@@ -126,7 +152,9 @@ def _first_movement(case: Case, column: Seen) -> tuple[float | None, str]:
     convention = case.strain_sign.get("axial_strain", 1.0)
     if not turns and (_has_peak(case) or convention != np.sign(movement)):
         return None, ""
-    return (1.0 if movement > 0 else -1.0), f"{column.label} moves first to {'higher' if movement > 0 else 'lower'} values, and a drained sample contracts first"
+    return (
+        1.0 if movement > 0 else -1.0
+    ), f"{column.label} moves first to {'higher' if movement > 0 else 'lower'} values, and a drained sample contracts first"
 
 
 def _went_the_other_way(values: np.ndarray, movement: float) -> float:
@@ -151,4 +179,10 @@ def _has_peak(case: Case) -> bool:
 
 
 def _ask(case: Case, column: Seen, proposed: float, sentence: str) -> None:
-    case.ask(f"compression.{column.quantity}", f"{sentence}: which sign has compression?", ("positive", "negative"), WORDS[proposed], f"--compression {column.quantity}={WORDS[proposed]}")
+    case.ask(
+        f"compression.{column.quantity}",
+        f"{sentence}: which sign has compression?",
+        ("positive", "negative"),
+        WORDS[proposed],
+        f"--compression {column.quantity}={WORDS[proposed]}",
+    )

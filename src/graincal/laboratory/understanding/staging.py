@@ -19,10 +19,22 @@ from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case, Known
 from graincal.laboratory.understanding.seen import Seen, one, see
 
-_SHEAR = re.compile(r"shear|scher|cisaill|corte|cizall|cisalh|taglio|afschuif|ścin|smyk|kesme|срез|сдвиг|девиаторн|剪|せん断|전단|^compression$|(?<![^\W\d_])(?<!un[-_ ])(?<!re[-_ ])(?<!pre[-_ ])(?<!off[-_ ])loading", re.IGNORECASE)
+_SHEAR = re.compile(
+    r"shear|scher|cisaill|corte|cizall|cisalh|taglio|afschuif|ścin|smyk|kesme|срез|сдвиг|девиаторн|剪|せん断|전단|^compression$|(?<![^\W\d_])(?<!un[-_ ])(?<!re[-_ ])(?<!pre[-_ ])(?<!off[-_ ])loading",
+    re.IGNORECASE,
+)
 COMPRESSIONS = ("oedometric", "isotropic")
 _DRIVING = {"axial_stress", "mean_stress"}
-_OF_SHEAR = {"deviator_stress", "half_difference_stress", "stress_ratio", "deviator_to_mean_stress", "lateral_stress", "total_lateral_stress", "radial_strain", "volume_change"}
+_OF_SHEAR = {
+    "deviator_stress",
+    "half_difference_stress",
+    "stress_ratio",
+    "deviator_to_mean_stress",
+    "lateral_stress",
+    "total_lateral_stress",
+    "radial_strain",
+    "volume_change",
+}
 """What a test without shear has no columns of."""
 MOST_OTHER_STRAIN = 1 / 3
 """A stage before the shear strains the sample by a smaller part of what the shear does."""
@@ -53,7 +65,9 @@ def shear_stage(table: Table, known: Known) -> tuple[Table, str | None, list[Dec
     elif (by_strain := _by_strain(table, found, known.columns)) is not None:
         chosen, because, by = by_strain, f"its stages are {say_stages(table)}, and the sample is sheared in this one alone", "proof"
     else:
-        raise InputError(f"{table.path}: the file has the stages {say_stages(table)}, and which of them is the shear cannot be told: --stage NAME, or stage under [experiment.reference], chooses one.")
+        raise InputError(
+            f"{table.path}: the file has the stages {say_stages(table)}, and which of them is the shear cannot be told: --stage NAME, or stage under [experiment.reference], chooses one."
+        )
     kept, _ = choose_rows(table, chosen, None)
     return kept, chosen, [Decision("stage", chosen, because, by)]
 
@@ -136,7 +150,13 @@ def refuse_restarts(path: str, strain: NDArray[np.float64], lines: Sequence[int]
 
 def refuse_other_zero(case: Case) -> None:
     """Refuse strains that are not near 0 on the first row of a test without stages, while there is hardly a deviator stress: they count from before the shear."""
-    stress = case.state.deviator if case.state is not None and case.state.deviator is not None else ratio.plain - 1 if (ratio := case.column("stress_ratio")) is not None else None
+    stress = (
+        case.state.deviator
+        if case.state is not None and case.state.deviator is not None
+        else ratio.plain - 1
+        if (ratio := case.column("stress_ratio")) is not None
+        else None
+    )
     if stress is None:
         return
     there = ~np.isnan(stress)

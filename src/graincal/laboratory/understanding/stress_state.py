@@ -79,12 +79,26 @@ def _choices(columns: Sequence[Seen], wet: bool, known: Mapping[str, float]) -> 
         if not column.said and said.effective is None and name in TOTAL:
             of_total = [TOTAL[each] for each in names]
             # σ1 beside σ1' is the total one.
-            names = of_total if (name in effective_partners and name in ("axial_stress", "lateral_stress")) or (said.cell and wet) else [*names, *of_total] if wet else names
-        signs = (flipped,) if name not in ("deviator_stress", "half_difference_stress", "pore_pressure") else (1.0,) if name == "pore_pressure" or flipped > 0 else (-1.0, 1.0)
+            names = (
+                of_total
+                if (name in effective_partners and name in ("axial_stress", "lateral_stress")) or (said.cell and wet)
+                else [*names, *of_total]
+                if wet
+                else names
+            )
+        signs = (
+            (flipped,)
+            if name not in ("deviator_stress", "half_difference_stress", "pore_pressure")
+            else (1.0,)
+            if name == "pore_pressure" or flipped > 0
+            else (-1.0, 1.0)
+        )
         signs = (known[name],) if name in known else signs
         options.append([(each, sign) for each in names for sign in signs])
     for choice in product(*options):
-        conventions = {name in OF_CAMBRIDGE_AND_MIT.values() for (name, _), column in zip(choice, columns) if both and column.meaning.symbol and not column.said}
+        conventions = {
+            name in OF_CAMBRIDGE_AND_MIT.values() for (name, _), column in zip(choice, columns) if both and column.meaning.symbol and not column.said
+        }
         if len(conventions) <= 1:
             yield choice
 
@@ -97,7 +111,8 @@ def _state(columns: Sequence[Seen], choice: tuple[tuple[str, float], ...], forms
     if np.linalg.matrix_rank(np.array(forms)) < len(forms) and spread(forms, values[:, complete]) > AGREES:
         return f"as {', '.join(name for name, _ in choice)} they contradict one another by {100 * spread(forms, values[:, complete]):.2g} % of the largest"
     axial, lateral, deviator, pore = (
-        None if (found := weights(STRESS_FORMS[name], forms)) is None else found @ values for name in ("axial_stress", "lateral_stress", "deviator_stress", "pore_pressure")
+        None if (found := weights(STRESS_FORMS[name], forms)) is None else found @ values
+        for name in ("axial_stress", "lateral_stress", "deviator_stress", "pore_pressure")
     )
     if axial is not None and lateral is not None and (doubt := _doubt(axial[complete], lateral[complete])):
         return doubt
@@ -153,11 +168,17 @@ def decide(states: list[StressState]) -> tuple[StressState | None, list[StressSt
         return None, states
     moving = any(state.pore is not None and variation(state.pore) > CONSTANT for state in whole)
     # Where the pore pressure moves, what an apparatus holds is the total stress.
-    held = [("the total lateral stress", _total_lateral), ("the effective lateral stress", lambda state: state.lateral), ("the mean effective stress", lambda state: state.mean)]
+    held = [
+        ("the total lateral stress", _total_lateral),
+        ("the effective lateral stress", lambda state: state.lateral),
+        ("the mean effective stress", lambda state: state.mean),
+    ]
     for what, stress in held if moving else [held[1], held[2], held[0]]:
         if (best := _clearest([stress(state) for state in whole], variation, CONSTANT)) is not None:
             value = stress(whole[best])
-            return replace(whole[best], because=f"{what} that they give is then constant ({np.nanmean(value):.6g} within {100 * variation(value):.2g} %)"), states
+            return replace(
+                whole[best], because=f"{what} that they give is then constant ({np.nanmean(value):.6g} within {100 * variation(value):.2g} %)"
+            ), states
     if (best := _clearest([_part(state.deviator, state.mean) for state in whole], lambda part: abs(float(part[~np.isnan(part)][0])), CONSTANT)) is not None:
         return replace(whole[best], because="the axial and the lateral stress that they give are then the same at the beginning"), states
     return None, states

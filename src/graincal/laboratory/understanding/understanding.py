@@ -149,10 +149,17 @@ def _decide_state(case: Case) -> None:
         stresses.append(replace(back, meaning=replace(back.meaning, quantity="pore_pressure")))
     if not stresses:
         return
-    states, reasons = stress_states(_as_said_in_words(case, stresses), case.wet, {name: 1.0 if sign == "positive" else -1.0 for name, sign in case.known.compression.items()})
+    states, reasons = stress_states(
+        _as_said_in_words(case, stresses), case.wet, {name: 1.0 if sign == "positive" else -1.0 for name, sign in case.known.compression.items()}
+    )
     if not states:
-        names = ", ".join(f"{column.label} ({column.quantity}{f', without a unit and taken in {column.unit.symbol}' * (column.index in case.bare_stresses)})" for column in stresses)
-        raise InputError(f"{case.table.path}: the stresses of columns {names} can be those of no test: {', and otherwise '.join(reasons)}. --column QUANTITY=COLUMN:UNIT says what each is.")
+        names = ", ".join(
+            f"{column.label} ({column.quantity}{f', without a unit and taken in {column.unit.symbol}' * (column.index in case.bare_stresses)})"
+            for column in stresses
+        )
+        raise InputError(
+            f"{case.table.path}: the stresses of columns {names} can be those of no test: {', and otherwise '.join(reasons)}. --column QUANTITY=COLUMN:UNIT says what each is."
+        )
     chosen, possible = decide(states)
     if chosen is None:
         chosen = _by_sign(case, possible)
@@ -176,7 +183,9 @@ def _as_said_in_words(case: Case, stresses: list[Seen]) -> list[Seen]:
     if not remarks.of_mit(case.words):
         return stresses
     return [
-        replace(column, meaning=replace(column.meaning, quantity=OF_CAMBRIDGE_AND_MIT[column.quantity], symbol=False)) if column.meaning.symbol and not column.said and column.quantity in OF_CAMBRIDGE_AND_MIT else column
+        replace(column, meaning=replace(column.meaning, quantity=OF_CAMBRIDGE_AND_MIT[column.quantity], symbol=False))
+        if column.meaning.symbol and not column.said and column.quantity in OF_CAMBRIDGE_AND_MIT
+        else column
         for column in stresses
     ]
 
@@ -217,8 +226,16 @@ def _pore_moves(case: Case) -> bool:
 
 def _refuse_strange(case: Case) -> None:
     """Refuse a file of which no test can be made: nothing to drive it by, or nothing to compare."""
-    driven = [case.shortening] if case.shortening is not None else (["stress"] if case.void_ratio and (case.column("axial_stress") or case.column("mean_stress")) else [])
-    compared = case.state is not None or any(case.column(name) for name in ("stress_ratio", "deviator_to_mean_stress", "volumetric_strain", "volume_change", "excess_pore_pressure")) or case.summed
+    driven = (
+        [case.shortening]
+        if case.shortening is not None
+        else (["stress"] if case.void_ratio and (case.column("axial_stress") or case.column("mean_stress")) else [])
+    )
+    compared = (
+        case.state is not None
+        or any(case.column(name) for name in ("stress_ratio", "deviator_to_mean_stress", "volumetric_strain", "volume_change", "excess_pore_pressure"))
+        or case.summed
+    )
     if driven and (compared or case.void_ratio):
         return
     reasons = [f"{column.label} would be {column.unusable}" for column in case.columns if column.unusable]
@@ -256,7 +273,11 @@ def _turns(case: Case, control: str) -> tuple[tuple[tuple[int, int], ...], tuple
 def _units(case: Case, columns: Mapping[str, Seen | tuple[Seen, ...]]) -> dict[str, str]:
     asked = {question.key for question in case.questions}
     first = {name: column[0] if isinstance(column, tuple) else column for name, column in columns.items()}
-    return {name: UNANSWERED if f"units.{name}" in asked or column.index in case.bare_stresses else column.unit.symbol for name, column in first.items() if column.unit is not None}
+    return {
+        name: UNANSWERED if f"units.{name}" in asked or column.index in case.bare_stresses else column.unit.symbol
+        for name, column in first.items()
+        if column.unit is not None
+    }
 
 
 def _compression(case: Case, columns: Mapping[str, Seen | tuple[Seen, ...]]) -> dict[str, str]:

@@ -38,7 +38,11 @@ def decide_void_ratio(case: Case) -> None:
         return
     unit = UNITS["%"] if np.nanmin(column.values) > 10 else PLAIN
     if column.unit is not None and column.unit != unit:
-        case.decide(f"units.{column.quantity}", unit.symbol, f"values from {np.nanmin(column.values):g} on are a void ratio in that unit, and '{column.unit.symbol}' stands above {column.label}")
+        case.decide(
+            f"units.{column.quantity}",
+            unit.symbol,
+            f"values from {np.nanmin(column.values):g} on are a void ratio in that unit, and '{column.unit.symbol}' stands above {column.label}",
+        )
     case.replace(replace(column, unit=unit))
 
 
@@ -68,7 +72,9 @@ def refuse_porosity(case: Case) -> None:
     if column is None or found is None or np.nanmax(column.plain) >= 0.8:
         return
     values, digits = found
-    as_void_ratio, as_porosity = (proof(values, digits, void_ratio_of(quantity, column.plain), 3 * column.last_digit, "-") for quantity in ("void_ratio", "porosity"))
+    as_void_ratio, as_porosity = (
+        proof(values, digits, void_ratio_of(quantity, column.plain), 3 * column.last_digit, "-") for quantity in ("void_ratio", "porosity")
+    )
     if as_void_ratio is None and as_porosity is not None:
         raise InputError(
             f"{case.table.path}: {column.label} is called a void ratio, and it changes with the strain as a porosity does: --column porosity={column.index + 1} reads it as that."
@@ -99,12 +105,27 @@ def _by_size(case: Case, bare: list[Seen]) -> None:
     """Strains that share no stated unit: percent or fractions, by the largest of them."""
     axial = next((column for column in bare if column.quantity == "axial_strain"), None)
     value = abs(extreme((axial or bare[0]).values))
-    symbol = "%" if SURELY_PERCENT[0] < value <= SURELY_PERCENT[1] else "-" if FRACTION[0] <= value <= FRACTION[1] and axial is not None and _is_far_sheared(case, axial) else None
+    symbol = (
+        "%"
+        if SURELY_PERCENT[0] < value <= SURELY_PERCENT[1]
+        else "-"
+        if FRACTION[0] <= value <= FRACTION[1] and axial is not None and _is_far_sheared(case, axial)
+        else None
+    )
     if symbol is None or axial is None:
         for column in bare:
-            _ask(case, column, "%" if value > FRACTION[1] else "-", f"{column.label} has no unit, and values to {abs(extreme(column.values)):g} may be percent or fractions")
+            _ask(
+                case,
+                column,
+                "%" if value > FRACTION[1] else "-",
+                f"{column.label} has no unit, and values to {abs(extreme(column.values)):g} may be percent or fractions",
+            )
         return
-    because = f"{axial.label} goes to {value:g}, " + ("and no sample is strained by more than its length" if symbol == "%" else "and the stress has come to most of its largest at a tenth of that: the sample is sheared by more than so many percent")
+    because = f"{axial.label} goes to {value:g}, " + (
+        "and no sample is strained by more than its length"
+        if symbol == "%"
+        else "and the stress has come to most of its largest at a tenth of that: the sample is sheared by more than so many percent"
+    )
     for column in bare:
         case.decide(f"units.{column.quantity}", symbol, because)
         case.replace(replace(column, unit=UNITS[symbol]))
@@ -136,7 +157,11 @@ def _doubt_sizes(case: Case) -> None:
 def _pore_moves(case: Case) -> bool:
     """Whether a pore pressure changes beside the stresses, as in a test whose volume stays."""
     pore = case.column("pore_pressure") or case.column("excess_pore_pressure")
-    stresses = [column for column in case.columns if column.quantity in ("deviator_stress", "axial_stress", "total_axial_stress", "half_difference_stress", "mean_stress")]
+    stresses = [
+        column
+        for column in case.columns
+        if column.quantity in ("deviator_stress", "axial_stress", "total_axial_stress", "half_difference_stress", "mean_stress")
+    ]
     return pore is not None and extent(pore.plain) > PORE_MOVES * max((extent(column.plain) for column in stresses), default=0.0)
 
 
@@ -172,7 +197,13 @@ def decide_stresses(case: Case) -> None:
         case.decide("units", proven, f"{because}, for {names}", by="person" if case.known.stress_unit else "proof")
     else:
         why = f"the others are in {proposed}" if len(stated) == 1 else "no stress of the file has one"
-        case.ask(STRESS_UNITS, f"{names} {'has' if len(bare) == 1 else 'have'} no unit, and {why}: in which unit {'is it' if len(bare) == 1 else 'are they'}?", ("Pa", "kPa", "MPa", "psi", "kgf/cm2"), proposed, "--stress-unit")
+        case.ask(
+            STRESS_UNITS,
+            f"{names} {'has' if len(bare) == 1 else 'have'} no unit, and {why}: in which unit {'is it' if len(bare) == 1 else 'are they'}?",
+            ("Pa", "kPa", "MPa", "psi", "kgf/cm2"),
+            proposed,
+            "--stress-unit",
+        )
         case.bare_stresses = tuple(column.index for column in bare)
 
 
@@ -190,7 +221,11 @@ def decide_height(case: Case) -> None:
     """A displacement is of use with the sample's height alone."""
     column = case.column("axial_displacement")
     if column is not None and case.sample_height is None:
-        case.replace(replace(column, unusable="axial_displacement, but no line above the table is known as the sample's height, or more than one: --sample-height gives it"))
+        case.replace(
+            replace(
+                column, unusable="axial_displacement, but no line above the table is known as the sample's height, or more than one: --sample-height gives it"
+            )
+        )
     elif column is not None and column.unit is None:
         case.replace(replace(column, unusable="axial_displacement, but it has no unit"))
 
@@ -201,7 +236,12 @@ def decide_volume(case: Case) -> float | None:
     if column is None or case.column("volumetric_strain") is not None:
         return None
     if volume is None:
-        case.replace(replace(column, unusable="volume_change, but no lines above the table are known as the sample's volume, or its height and diameter, or more than one: --sample-volume gives it"))
+        case.replace(
+            replace(
+                column,
+                unusable="volume_change, but no lines above the table are known as the sample's volume, or its height and diameter, or more than one: --sample-volume gives it",
+            )
+        )
         return None
     if column.unit is None:
         change = extent(column.values)
@@ -209,7 +249,17 @@ def decide_volume(case: Case) -> float | None:
         proposed = possible[0] if possible else "mm3"
         case.replace(replace(column, unit=UNITS[proposed]))
         if len(possible) == 1:
-            case.decide("units.volume_change", proposed, f"in another unit {column.label} would be more than the sample's volume, {volume * 1e9:.6g} mm3, or nothing of it")
+            case.decide(
+                "units.volume_change",
+                proposed,
+                f"in another unit {column.label} would be more than the sample's volume, {volume * 1e9:.6g} mm3, or nothing of it",
+            )
         else:
-            case.ask("units.volume_change", f"{column.label} has no unit: in which unit is it?", tuple(possible), proposed, f"--column volume_change={column.index + 1}:UNIT")
+            case.ask(
+                "units.volume_change",
+                f"{column.label} has no unit: in which unit is it?",
+                tuple(possible),
+                proposed,
+                f"--column volume_change={column.index + 1}:UNIT",
+            )
     return volume

@@ -70,9 +70,13 @@ class Inputs:
             try:
                 _refuse_unknown(place, sorted(find_undeclared_variables(_environment(delimiters, _line_end(text)).parse(text))), known)
             except TemplateSyntaxError as error:
-                raise InputError(f"{place}: line {error.lineno} cannot be read as a template ({error.message}), and names between {' and '.join(delimiters)} were expected.") from None
+                raise InputError(
+                    f"{place}: line {error.lineno} cannot be read as a template ({error.message}), and names between {' and '.join(delimiters)} were expected."
+                ) from None
         if self.parameters_file and not self.parameters_file.endswith((".json", ".csv")) and (spaced := [name for name in known if len(name.split()) != 1]):
-            raise InputError(f"parameters_file is {self.parameters_file}, a table between spaces, and '{spaced[0]}' has a space in its name: a file .json or .csv was expected.")
+            raise InputError(
+                f"parameters_file is {self.parameters_file}, a table between spaces, and '{spaced[0]}' has a space in its name: a file .json or .csv was expected."
+            )
         for name, source in self.links.items():
             if not source.exists():
                 raise InputError(f"link names {name}, and there is no {source}.")
@@ -128,7 +132,9 @@ class Inputs:
 
 def _refuse_unknown(place: str, names: Sequence[str], known: Sequence[str]) -> None:
     if unknown := [name for name in names if name not in known]:
-        raise InputError(f"{place} names {unknown[0]}{did_you_mean(unknown[0], known)}, which is no parameter and not derived, and some of {', '.join(known)} were expected.")
+        raise InputError(
+            f"{place} names {unknown[0]}{did_you_mean(unknown[0], known)}, which is no parameter and not derived, and some of {', '.join(known)} were expected."
+        )
 
 
 class _Environment(ImmutableSandboxedEnvironment):
@@ -149,9 +155,19 @@ class _Environment(ImmutableSandboxedEnvironment):
 def _environment(delimiters: tuple[str, str], line_end: Literal["\n", "\r\n"]) -> ImmutableSandboxedEnvironment:
     """How templates are filled in: they see values alone, and load nothing."""
     begin, end = delimiters
-    others = {} if delimiters == BRACES else {"block_start_string": f"{begin}%", "block_end_string": f"%{end}", "comment_start_string": f"{begin}#", "comment_end_string": f"#{end}"}
+    others = (
+        {}
+        if delimiters == BRACES
+        else {"block_start_string": f"{begin}%", "block_end_string": f"%{end}", "comment_start_string": f"{begin}#", "comment_end_string": f"#{end}"}
+    )
     return _Environment(
-        variable_start_string=begin, variable_end_string=end, undefined=StrictUndefined, keep_trailing_newline=True, newline_sequence=line_end, loader=None, **others
+        variable_start_string=begin,
+        variable_end_string=end,
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        newline_sequence=line_end,
+        loader=None,
+        **others,
     )
 
 

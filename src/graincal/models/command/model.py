@@ -141,11 +141,17 @@ def _check_names(links: Sequence[str], written: Sequence[str]) -> None:
     paths = [PurePosixPath(name) for name in (*links, *written)]
     for path in paths:
         if paths.count(path) > 1:
-            raise InputError(f"{path} is the name of two files in the folder of an evaluation, of link, templates, parameters_file and output, and different names were expected.")
+            raise InputError(
+                f"{path} is the name of two files in the folder of an evaluation, of link, templates, parameters_file and output, and different names were expected."
+            )
         if str(path) in OWN:
-            raise InputError(f"{path} is the name of a file that graincal writes in the folder of an evaluation, and another name in link, templates, parameters_file and output was expected.")
+            raise InputError(
+                f"{path} is the name of a file that graincal writes in the folder of an evaluation, and another name in link, templates, parameters_file and output was expected."
+            )
         if within := [each for each in path.parents if each in paths]:
-            raise InputError(f"{path} lies within {within[0]}, which is a name in the folder of an evaluation too, of link, templates, parameters_file and output, and a name beside it was expected.")
+            raise InputError(
+                f"{path} lies within {within[0]}, which is a name in the folder of an evaluation too, of link, templates, parameters_file and output, and a name beside it was expected."
+            )
 
 
 def _text(path: Path) -> str:

@@ -90,7 +90,12 @@ class _Keeper:
     def __init__(self) -> None:
         # A session of its own: a terminal's signals are its owner's affair.
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", str(_KEEPER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, start_new_session=True, bufsize=0
+            [sys.executable, "-I", "-S", str(_KEEPER)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            bufsize=0,
         )
         self._group: int | None = None
         self._buffer = b""

@@ -71,7 +71,9 @@ def _pair_coefficients(contact: Contact, radii: NDArray[np.float64]) -> Iterator
     for i, first in enumerate(values):
         for j, second in enumerate(values[i:], i):
             pair, reduced = contact.pair(first, second), first * second / (first + second)
-            rolling = f" rolling sds {pair.rolling / reduced**2!r} 0.0 {pair.arm / reduced!r} twisting sds {pair.rolling!r} 0.0 {pair.arm!r}" if contact.rolls else ""
+            rolling = (
+                f" rolling sds {pair.rolling / reduced**2!r} 0.0 {pair.arm / reduced!r} twisting sds {pair.rolling!r} 0.0 {pair.arm!r}" if contact.rolls else ""
+            )
             yield f"pair_coeff {i + 1} {j + 1} hooke {pair.normal!r} 0.0 tangential linear_history {pair.shear!r} 0.0 {contact.friction!r}{rolling} damping velocity"
 
 

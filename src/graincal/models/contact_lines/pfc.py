@@ -66,11 +66,20 @@ def pfc_lines(contact: Contact) -> str:
 def _linear(contact: Contact) -> str:
     rolls = contact.rolls
     said = _ROLLING_STRENGTH_ALONE.format(**contact.values) if rolls else _NOT_ROLLING
-    lines = _LINEAR.format(rolling=said, damping=_NOT_RUN.format(density=contact.density), model="rrlinear" if rolls else "linear", modulus=contact.modulus, friction=contact.friction, **contact.values)
+    lines = _LINEAR.format(
+        rolling=said,
+        damping=_NOT_RUN.format(density=contact.density),
+        model="rrlinear" if rolls else "linear",
+        modulus=contact.modulus,
+        friction=contact.friction,
+        **contact.values,
+    )
     return lines + (_ROLLING.format(**contact.values) if rolls else "")
 
 
 def _hertz(contact: Contact) -> str:
     shear_modulus = contact.modulus / (2 * (1 + contact.values["nu"]))
     said = _ROLLING_LEFT_OUT if contact.rolls else _NOT_ROLLING
-    return _HERTZ.format(rolling=said, damping=_NOT_RUN.format(density=contact.density), shear_modulus=shear_modulus, friction=contact.friction, **contact.values)
+    return _HERTZ.format(
+        rolling=said, damping=_NOT_RUN.format(density=contact.density), shear_modulus=shear_modulus, friction=contact.friction, **contact.values
+    )

@@ -65,4 +65,6 @@ def yade_lines(contact: Contact) -> str:
     """The material and the interaction loop of a contact law."""
     body = _LINEAR if contact.law == "linear" else _HERTZ
     rolling = _ROLLING_LEFT_OUT if contact.rolls else _NOT_ROLLING
-    return "\n".join([*contact.heading("#"), body.format(density=contact.density, modulus=contact.modulus, rolling=rolling, damping=_DAMPING, **contact.values)])
+    return "\n".join(
+        [*contact.heading("#"), body.format(density=contact.density, modulus=contact.modulus, rolling=rolling, damping=_DAMPING, **contact.values)]
+    )

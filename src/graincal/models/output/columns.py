@@ -80,5 +80,7 @@ def evaluate(expression: Expression, columns: Columns) -> NDArray:
             raise Unreadable(f"the unit of {name} is '{text}', and one of {known_units(None)} was expected.")
         values[name] = found * (unit.factor if unit else 1.0)
     if len({len(each) for each in values.values()}) > 1:
-        raise Unreadable(f"the columns of {expression.text} have {', '.join(str(len(each)) for each in values.values())} rows, and as many in each were expected.")
+        raise Unreadable(
+            f"the columns of {expression.text} have {', '.join(str(len(each)) for each in values.values())} rows, and as many in each were expected."
+        )
     return expression(values)

@@ -63,7 +63,9 @@ class Output:
         strains = [name for name in self.columns if name in STRAINS]
         for key, names, known in (("zero", self.zero, list(self.columns)), ("strain", self.strain if isinstance(self.strain, Mapping) else (), strains)):
             if unknown := [name for name in names if name not in known]:
-                raise InputError(f"output.{key} names '{unknown[0]}'{did_you_mean(unknown[0], known)}, and some of {', '.join(known) or 'no quantity'} were expected.")
+                raise InputError(
+                    f"output.{key} names '{unknown[0]}'{did_you_mean(unknown[0], known)}, and some of {', '.join(known) or 'no quantity'} were expected."
+                )
 
     @classmethod
     def restored(cls, described: Mapping[str, Any]) -> Output:
@@ -73,7 +75,9 @@ class Output:
     def check(self, control: str) -> None:
         """Raise InputError where the control is no column, or nothing else is."""
         if control not in self.columns:
-            raise InputError(f"output.columns has no {control}, which is the control of the experiment, and a column for it was expected beside {', '.join(self.columns)}.")
+            raise InputError(
+                f"output.columns has no {control}, which is the control of the experiment, and a column for it was expected beside {', '.join(self.columns)}."
+            )
         if len(self.columns) == 1:
             raise InputError(f"output.columns has {control} alone, and a column for each observable was expected beside it.")
         if self.file.endswith(HDF5) and find_spec("h5py") is None:
@@ -113,7 +117,9 @@ class Output:
         values = {name: column.read(name, columns) for name, column in self.columns.items()}
         lengths = {name: len(each) for name, each in values.items()}
         if len(set(lengths.values())) > 1:
-            raise Unreadable(f"the columns have different numbers of rows ({', '.join(f'{name} {length}' for name, length in lengths.items())}), and as many in each were expected.")
+            raise Unreadable(
+                f"the columns have different numbers of rows ({', '.join(f'{name} {length}' for name, length in lengths.items())}), and as many in each were expected."
+            )
         chosen = self._chosen(columns, next(iter(lengths.values())))
         return {name: self._plain(name, each[chosen]) for name, each in values.items()}
 
@@ -151,7 +157,11 @@ class Output:
         if control in STRAINS and along[-1] > IMPOSSIBLE and along[-1] > at[-1] * PERCENT / 3:
             return Failure("unreadable", f"{control} reaches {along[-1]:g}, and the reference {at[-1]:g}{_uncovered(along, at, control, kept)}.", details)
         if not covers(along, at):
-            return Failure("incomplete", f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}{_uncovered(along, at, control, kept)}.", details)
+            return Failure(
+                "incomplete",
+                f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}{_uncovered(along, at, control, kept)}.",
+                details,
+            )
         # The states from the last before the reference to the first behind it.
         within = slice(max(0, int(np.searchsorted(along, at[0], side="right")) - 1), int(np.searchsorted(along, at[-1])) + 1)
         for name, each in values.items():

@@ -213,7 +213,9 @@ def _heading(lines: list[str], name: str) -> tuple[Table, int]:
 
 def _rows(lines: list[str], first: int, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """The rows of numbers with the numbers of their lines: no comments, and no lines without a number, such as a header that is repeated."""
-    chosen = [(at + 1, line) for at, line in enumerate(lines[first:], first) if line.strip() and not (line.lstrip()[0] in "#%/!;" and comment_text(line) is not None)]
+    chosen = [
+        (at + 1, line) for at, line in enumerate(lines[first:], first) if line.strip() and not (line.lstrip()[0] in "#%/!;" and comment_text(line) is not None)
+    ]
     if delimiter == SPACE:
         split = [line.split() for _, line in chosen]
     else:

@@ -62,10 +62,14 @@ class YadeModel(CommandModel):
         if self.table:
             known = [*parameters, *self.derived]
             if unknown := [name for name in self.table if name not in known]:
-                raise InputError(f"table names {unknown[0]}{did_you_mean(unknown[0], known)}, which is no parameter and not derived, and some of {', '.join(known)} were expected.")
+                raise InputError(
+                    f"table names {unknown[0]}{did_you_mean(unknown[0], known)}, which is no parameter and not derived, and some of {', '.join(known)} were expected."
+                )
             begin, end = self.delimiters
             text = f"{' '.join(self.table)}\n{' '.join(f'{begin} {name} {end}' for name in self.table)}\n"
-            inputs = replace(work.inputs, templates={**work.inputs.templates, TABLE: text}, environment={**work.inputs.environment, "YADE_BATCH": f"{TABLE}:{LINE}"})
+            inputs = replace(
+                work.inputs, templates={**work.inputs.templates, TABLE: text}, environment={**work.inputs.environment, "YADE_BATCH": f"{TABLE}:{LINE}"}
+            )
             inputs.check(parameters)
             work = replace(work, inputs=inputs)
         if self.rest_every is not None:
@@ -79,7 +83,9 @@ class YadeModel(CommandModel):
         """Raise InputError for parameters that graincal's own script does not take; those that it lacks are missed by whoever fills in its arguments."""
         taken = [name for name in PARAMETERS if _told(name) in self.command]
         if unknown := [name for name in parameters if name not in taken]:
-            raise InputError(f"a triaxial test by YADE takes the parameters {', '.join(taken) or 'that are not fixed'}, and {unknown[0]} is not one of them{did_you_mean(unknown[0], taken)}.")
+            raise InputError(
+                f"a triaxial test by YADE takes the parameters {', '.join(taken) or 'that are not fixed'}, and {unknown[0]} is not one of them{did_you_mean(unknown[0], taken)}."
+            )
 
 
 def _told(name: str) -> str:
@@ -88,7 +94,16 @@ def _told(name: str) -> str:
 
 
 def triaxial(
-    packing: Path, confining_pressure: float, density_scaling: float, *, fixed: Mapping[str, float] | None = None, law: str = "linear", rest_every: float = REST_EVERY, program: str = "yade", cores: int = 1, **options: Any
+    packing: Path,
+    confining_pressure: float,
+    density_scaling: float,
+    *,
+    fixed: Mapping[str, float] | None = None,
+    law: str = "linear",
+    rest_every: float = REST_EVERY,
+    program: str = "yade",
+    cores: int = 1,
+    **options: Any,
 ) -> YadeModel:
     """The paper's drained triaxial test on the packing of a file, by YADE. confining_pressure: Pa. density_scaling: factor on the grains' density. fixed: parameters that are not calibrated. options: those of `CommandModel`.
 
@@ -106,19 +121,42 @@ def triaxial(
             raise InputError(f"fixed.{name} must be a number {parameter.limits}, not {value!r}{parameter.meant(value)}.")
     packing = packing.absolute()
     given = [f"-p={name}={fixed[name]!r}" if name in fixed else _told(name) for name in PARAMETERS]
-    test = ["--packing", packing.name, "--confining-pressure", repr(float(confining_pressure)), "--density-scaling", repr(float(density_scaling)), "--cell-inertia", "graincal", "--law", law]
+    test = [
+        "--packing",
+        packing.name,
+        "--confining-pressure",
+        repr(float(confining_pressure)),
+        "--density-scaling",
+        repr(float(density_scaling)),
+        "--cell-inertia",
+        "graincal",
+        "--law",
+        law,
+    ]
     command = (program, "-n", "-x", f"-j{cores}", TRIAXIAL_SCRIPT.name, "--", *test, *given, "-o", "curve.csv")
     output = Output({name: Column(name) for name in RETURNED if name != "contacts"}, "curve.csv")
     return YadeModel(command, output, link=(str(TRIAXIAL_SCRIPT), str(packing)), cores=cores, rest_every=rest_every, law=law, **options)
 
 
-def script(path: str, output: Output, *, arguments: Sequence[str] = (), table: Sequence[str] = (), program: str = "yade", cores: int = 1, link: Sequence[str] = (), **options: Any) -> YadeModel:
+def script(
+    path: str,
+    output: Output,
+    *,
+    arguments: Sequence[str] = (),
+    table: Sequence[str] = (),
+    program: str = "yade",
+    cores: int = 1,
+    link: Sequence[str] = (),
+    **options: Any,
+) -> YadeModel:
     """A script of the user's, beside the calibration file, as it is. arguments: its own, in which `{{ name }}` stands for a parameter. table: the names that its `readParamsFromTable` reads. Others as of `CommandModel`.
 
     Raises InputError where it is told no parameters.
     """
     if not table and not any("{{" in text for text in arguments) and not any(options.get(key) for key in ("templates", "parameters_file", "environment")):
-        raise InputError(f'{path} is told no parameters: table = ["E", "phi"] for a script that calls readParamsFromTable, or arguments = ["{{{{ E }}}}"] was expected.')
+        raise InputError(
+            f'{path} is told no parameters: table = ["E", "phi"] for a script that calls readParamsFromTable, or arguments = ["{{{{ E }}}}"] was expected.'
+        )
     name = Path(path).name
     command = (program, "-n", "-x", f"-j{cores}", name, *(["--", *arguments] if arguments else []))
     return YadeModel(command, output, link=(path, *link), table=tuple(table), cores=cores, **options)

@@ -38,7 +38,9 @@ def parse_arguments():
     parser.add_argument("--axial-strain", type=float, default=0.20, help="the last one, logarithmic, as a fraction")
     parser.add_argument("--increment", type=float, default=0.004, help="of axial strain from state to state")
     parser.add_argument("--strains", help="of the states instead, from 0 on and increasing, with commas between: 0,0.001,0.004")
-    parser.add_argument("--step-limit", type=int, default=10**9, help="of the whole test; beyond it, or where forces are not finite, it ends with the exit code 1")
+    parser.add_argument(
+        "--step-limit", type=int, default=10**9, help="of the whole test; beyond it, or where forces are not finite, it ends with the exit code 1"
+    )
     parser.add_argument("--density-scaling", type=float, default=1e3)
     parser.add_argument(
         "--cell-inertia", choices=["yade", "graincal"], default="yade", help="of the servo: YADE's mass of all particles, or graincal's density times area"
