@@ -8,6 +8,19 @@ from graincal.campaign.found.status import status
 
 from .hyperbola import write_calibration
 
+GIVES_UP = """
+from concurrent.futures import Executor, Future
+
+class GivesUp(Executor):
+    def submit(self, function, *arguments, **named):
+        future = Future()
+        future.set_exception(RuntimeError("no more workers"))
+        return future
+
+def gives_up():
+    return GivesUp()
+"""
+
 
 @pytest.mark.parametrize(
     ("change", "options", "ended_by", "then"),
@@ -22,8 +35,24 @@ def test_a_limit_that_ended_it_is_named_with_the_command_that_goes_on(call, tmp_
     assert called.code == 0 and status(folder)["stopped_by"] == ended_by
     *_, said, command = called.out.splitlines()
     assert said == "Go on with:" and command == f"  graincal resume {shlex.quote(str(folder))} {then}"
+    assert call("status", folder).out.endswith(f"go on with:{command[1:]}\n") and status(folder)["next_command"] == command.strip()
     before = status(folder)["evaluations"]
     assert call(*shlex.split(command)[1:]).code == 0 and status(folder)["evaluations"] > before
+
+
+def test_what_keeps_it_from_going_on_by_itself_says_the_command_too(call, tmp_path):
+    (tmp_path / "executors.py").write_text(GIVES_UP)
+    folder = tmp_path / "my campaign"
+    called = call("calibrate", write_calibration(tmp_path, ("[run]", '[run]\nexecutor = "executors:gives_up"')), "-o", folder)
+    assert called.code == 1 and "it gave up an evaluation" in called.err
+    assert called.err.endswith(f"All that was finished is stored; when this is mended, go on with:\n  graincal resume {shlex.quote(str(folder))}\n")
+
+
+def test_a_library_says_how_its_runs_are_used(call, tmp_path):
+    folder = tmp_path / "a library"
+    called = call("explore", write_calibration(tmp_path), "--runs", 4, "--to", 0.15, "-o", folder)
+    assert called.code == 0
+    assert called.out.endswith(f"  graincal calibrate CALIBRATION.toml --runs {shlex.quote(str(folder))} -o NEW_FOLDER\n")
 
 
 def test_a_limit_that_is_no_number_is_refused(call, tmp_path):

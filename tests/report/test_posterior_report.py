@@ -125,7 +125,7 @@ def test_a_logarithm_of_a_stiffness_has_the_stiffness_beside_it():
 
 
 def test_the_command_that_goes_on_is_said_where_a_limit_ended_it(result, tmp_path):
-    assert first_screen.going_on(result) == ""
+    assert first_screen.going_on(result) is None
     stored = soil.calibrate(folder=tmp_path / "a campaign")
     assert first_screen.going_on(stored) == f"graincal resume '{tmp_path / 'a campaign'}' --max-iterations 6"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -102,7 +103,7 @@ def init(
         table = read_table(file, encoding=encoding, sheet=sheet)
         _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
         _say_columns(table, refusal)
-        say(f'\nWritten to {output}. Answer what says "?", then: graincal check {output}')
+        say(f'\nWritten to {output}. Answer what says "?", then: graincal check {shlex.quote(str(output))}')
         return
     _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
     say("\n".join(describe(found)))
@@ -117,7 +118,7 @@ def init(
         if found.questions
         else "Read the lines that say CHECK"
     )
-    say(f"\nWritten to {output}. {asked}, then: graincal check {output}")
+    say(f"\nWritten to {output}. {asked}, then: graincal check {shlex.quote(str(output))}")
 
 
 def _say_columns(table: Table, refusal: NotUnderstood) -> None:

@@ -16,6 +16,7 @@ from rich.table import Table
 from graincal.campaign import Calibration, Listener
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.examination import Examination, examine
+from graincal.campaign.found.next_command import going_on, next_command
 from graincal.campaign.run.progress import Progress
 from graincal.campaign.run.running import REPORT
 from graincal.campaign.run.waiting import RunsWait
@@ -27,9 +28,6 @@ from graincal.result import Result
 
 if TYPE_CHECKING:
     from graincal.inference.iterative.close_fits import CloseFits
-
-LIMITS = ("max_evaluations", "max_iterations", "hours")
-"""The criteria of stopping that say how long a campaign may be, and nothing of its answer."""
 
 
 def look_at(file: Path, more_runs: Sequence[Path] = (), *, quiet: bool = False) -> Examination:
@@ -53,13 +51,16 @@ def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: b
     """Start a campaign, show how it goes and what it found, and return that; None where it waits for runs that are made by hand, which is said. Ctrl-C says how to go on with it."""
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
-        with stopped_in_words(folder), Progress(console) as progress:
+        with _shown(folder, console) as progress:
             result = start([progress])
     except RunsWait as waits:
         return console.print(str(waits), soft_wrap=True)
     show(result, folder, console)
     if result.failed.all():
-        raise InputError(f"{folder}: every evaluation failed, so nothing was calibrated; correct what the reasons name and begin again in a new folder.")
+        again = next_command(folder, result.calibration, "failures")
+        raise InputError(
+            f"{folder}: every evaluation failed, so nothing was calibrated. Correct what the reasons name, and begin again in a new folder:\n  {again}"
+        )
     return result
 
 
@@ -69,24 +70,31 @@ def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, q
 
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
-        with stopped_in_words(folder), Progress(console) as progress:
+        with _shown(folder, console) as progress:
             start([progress])
     except RunsWait as waits:
         return console.print(str(waits), soft_wrap=True)
-    console.print(f"{status(folder)['stopped_because']} Stored in {folder}.", soft_wrap=True)
+    console.print(f"{status(folder)['stopped_because']} Stored in {folder}. Calibrate with these runs by:", soft_wrap=True)
+    console.print(f"  graincal calibrate CALIBRATION.toml --runs {shlex.quote(str(folder))} -o NEW_FOLDER", soft_wrap=True)
 
 
 @contextmanager
-def stopped_in_words(folder: Path) -> Iterator[None]:
-    """After Ctrl-C say how to go on."""
+def _shown(folder: Path, console: Console) -> Iterator[Progress]:
+    """Show how a campaign goes. After Ctrl-C, or where it cannot go on by itself, say the command that does."""
+    progress = Progress(console)
     try:
-        yield
+        with progress:
+            yield progress
     except KeyboardInterrupt:
         # The terminal may be gone.
         with suppress(OSError):
             if holds_campaign(folder):
                 say(f"Stopped. All that was finished is stored; go on with:\n  {going_on(folder)}", err=True)
         raise
+    except InputError as error:
+        if not progress.begun:
+            raise
+        raise InputError(f"{error}\nAll that was finished is stored; when this is mended, go on with:\n  {going_on(folder)}") from error
 
 
 def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
@@ -97,21 +105,8 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
     path = result.report(folder / REPORT)
     if not quiet:
         say(f"Report: {path}")
-        if command := command_after(result, folder):
+        if command := next_command(folder, result.calibration, result.stopped_by):
             say(f"Go on with:\n  {command}")
-
-
-def going_on(folder: Path) -> str:
-    """The command that goes on with what a folder holds."""
-    return f"graincal resume {shlex.quote(str(folder))}"
-
-
-def command_after(result: Result, folder: Path) -> str | None:
-    """The command that goes on with a campaign that a limit ended, with twice that limit; None where another criterion ended it."""
-    if result.stopped_by not in LIMITS:
-        return None
-    limit = result.stop.most_iterations if result.stopped_by == "max_iterations" else getattr(result.stop, result.stopped_by)
-    return f"{going_on(folder)} --{result.stopped_by.replace('_', '-')} {2 * limit}"
 
 
 def show(result: Result, folder: Path, console: Console) -> None:

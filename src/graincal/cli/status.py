@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -75,12 +76,14 @@ def _lines(status: dict[str, Any]) -> list[str]:
     lines += [each["text"] for each in status["remarks"] if each["code"] in _ALWAYS or (each["level"] == "doubt" and each["code"] != "preliminary")]
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
+        lines += [f"go on with: {status['next_command']}"] if status["next_command"] else []
     elif status["state"] == "waiting":
-        lines += [
-            f"{status['by_hand']} runs wait to be made by hand: graincal ask {status['folder']} prints which, and graincal tell {status['folder']} FOLDER takes what they give"
-        ]
+        folder = shlex.quote(status["folder"])
+        lines.append(
+            f"{status['by_hand']} runs wait to be made by hand: graincal ask {folder} prints which, and graincal tell {folder} FOLDER takes what they give"
+        )
     elif status["state"] == "interrupted":
-        lines.append(f"go on with: graincal resume {status['folder']}")
+        lines.append(f"go on with: {status['next_command']}")
     return lines
 
 

@@ -246,9 +246,7 @@ class OnNamedExecutor(Elsewhere):
         """Whatever the executor raises ends the campaign, which can be gone on with."""
         if isinstance(error, InputError):
             return error
-        return InputError(
-            f"run.executor: it gave up an evaluation ({type(error).__name__}: {as_text(error)}); what was finished is stored, and graincal resume goes on."
-        )
+        return InputError(f"run.executor: it gave up an evaluation ({type(error).__name__}: {as_text(error)}).")
 
     def end(self) -> None:
         with self._lock:

@@ -105,7 +105,7 @@ class OnBlocks(Elsewhere):
         if isinstance(error, (BadStateException, TooManyJobFailuresError)):
             why = printable(_reasons(as_text(error)), 2_000)
             return InputError(
-                f"run.parsl: {BAD_BLOCKS} blocks in a row ended before a worker of theirs began ({why}). What they printed is in {self._folder / 'parsl'}, which must be seen from the nodes; graincal resume goes on."
+                f"run.parsl: {BAD_BLOCKS} blocks in a row ended before a worker of theirs began ({why}). What they printed is in {self._folder / 'parsl'}, which must be seen from the nodes."
             )
         if isinstance(error, InputError):
             return error
@@ -191,9 +191,7 @@ class OnBlocks(Elsewhere):
     def _check_interchange(self) -> None:
         process = self._executor.interchange_proc
         if process.poll() is not None and not self._stopped.is_set():
-            raise InputError(
-                f"run.parsl: Parsl's own process on this machine, its interchange, has ended ({process.returncode}); what was finished is stored, and graincal resume goes on."
-            )
+            raise InputError(f"run.parsl: Parsl's own process on this machine, its interchange, has ended ({process.returncode}).")
 
     def _until_gone(self) -> None:
         """Cancel the jobs with the run's label until there are none, and name those that stay."""

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
-import shlex
 
 from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.export_contact import PROGRAMS, contact_texts
+from graincal.campaign.found.next_command import next_command
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.remarks import remarks
 from graincal.campaign.found.summary import summarise
 from graincal.campaign.found.trust import has_settled
 from graincal.drawing.figure import Figure
 from graincal.inference.sampling.posterior import PROBABILITY
-from graincal.models import ByHandModel, StressPathTest
+from graincal.models import StressPathTest
 from graincal.notation import numbers
 from graincal.report.answer import answer_of, as_samples, name_of_answer
 from graincal.report.command import PLACEHOLDER, comparison, from_file, pack_command, simulate_command
@@ -22,7 +22,6 @@ from graincal.report.tables import Table
 
 _DOUBTS = 2
 """As many doubts as stand on the first screen; all stand below."""
-_LIMITS = ("max_iterations", "max_evaluations", "hours")
 _TITLES = {"yade": "YADE", "lammps": "LAMMPS", "pfc": "PFC"}
 
 
@@ -67,18 +66,9 @@ def doubts(result: Record, emulated: Emulated | None) -> list[str]:
     return found[:_DOUBTS] + ([f"{numbers.count(more, 'more doubt')}, under “What was found”."] if more > 0 else [])
 
 
-def going_on(result: Record) -> str:
-    """The command that goes on with a campaign; empty where it is at its end by more than a limit, or kept in memory."""
-    if result.folder is None:
-        return ""
-    folder = shlex.quote(os.path.abspath(result.folder))
-    if result.stopped_by is None:
-        by_hand = any(isinstance(experiment.model, ByHandModel) for experiment in result.experiments)
-        return f"graincal {'ask' if by_hand else 'resume'} {folder}"
-    if result.stopped_by not in _LIMITS:
-        return ""
-    reached = {"max_iterations": len(result.iterations), "max_evaluations": result.evaluations, "hours": result.stop.hours}[result.stopped_by]
-    return f"graincal resume {folder} --{result.stopped_by.replace('_', '-')} {2 * reached:.10g}"
+def going_on(result: Record) -> str | None:
+    """The command that goes on with a campaign, from anywhere; None where there is none, or the campaign is kept in memory."""
+    return next_command(os.path.abspath(result.folder), result.calibration, result.stopped_by) if result.folder else None
 
 
 def of_answer(result: Record, emulated: Emulated | None) -> Table:

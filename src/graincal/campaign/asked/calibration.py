@@ -48,8 +48,9 @@ FILLING, MOST_FILLING = 1e10, 60
 FILLING_SECONDS = 600.0
 """The same of other models whose runs are said to take some seconds: on one core."""
 
-_LIMITS = ("max_iterations", "max_evaluations", "hours")
-CRITERIA = dict.fromkeys(METHODS, ("s", "gl_error_increment", "error", "error_increment", *_LIMITS)) | {POSTERIOR: ("posterior_shift", *_LIMITS)}
+LIMITS = ("max_iterations", "max_evaluations", "hours")
+"""The criteria of stopping that say how long a campaign may be, and nothing of its answer."""
+CRITERIA = dict.fromkeys(METHODS, ("s", "gl_error_increment", "error", "error_increment", *LIMITS)) | {POSTERIOR: ("posterior_shift", *LIMITS)}
 """The criteria of stopping that each method looks at."""
 
 Filter = IterativeBayesianFilter | PosteriorFilter

@@ -11,6 +11,7 @@ import numpy as np
 
 from graincal.campaign.found.answer import Answer, Candidate
 from graincal.campaign.found.by_hand import by_hand, waiting
+from graincal.campaign.found.next_command import next_command
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.recorded import recorded_of_answer
 from graincal.campaign.found.remarks import remarks
@@ -50,7 +51,7 @@ def status(folder: str | Path) -> dict[str, Any]:
     methods, "code-changed" and "accepted-problems" alone, where `graincal calibrate --accept` began it. A code never changes
     its meaning, and `graincal.campaign.found.remark.CODES` has all of them; level is "finding", "doubt" or "condition"; text is one or two sentences in plain characters; numbers is
     what they rest on. What takes emulators to tell is not among them (`BY_EMULATORS`): `Result.remarks` has it too.
-    stopped_by, stopped_because: the criterion and a sentence.
+    stopped_by, stopped_because: the criterion and a sentence. next_command: what to type to go on with it; None while it runs, and where it has what it was to find.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
     """
     folder = Path(folder)
@@ -94,6 +95,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "remarks": [each.as_json() for each in (remarks(result) if result else (*changed_code(store.meta(CHANGED)), *accepted_problems(store.accepted)))],
         "stopped_by": store.meta("stopped_by"),
         "stopped_because": store.meta("stopped_because"),
+        "next_command": None if running and not finished else next_command(folder, store.calibration, store.meta("stopped_by")),
         "seconds": seconds,
         "seconds_left": 0.0 if finished else _seconds_left(store, seconds / timed if timed else None),
     }

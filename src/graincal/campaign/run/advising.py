@@ -18,6 +18,7 @@ from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.asked.description import describe
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.file_names import file_name
+from graincal.campaign.found.next_command import going_on
 from graincal.campaign.found.prediction import drawn_rows
 from graincal.campaign.found.run_library import Library
 from graincal.campaign.run.advice import FEW_EFFECTIVE, Advice, AdvisedTest
@@ -107,7 +108,8 @@ def _check(result: Result, samples: int) -> None:
             f'advice needs to know how sure the parameters are: the campaign\'s method is "{result.calibration.method}", and "{POSTERIOR}" was expected.'
         )
     if result.posterior is None or not result.stopped_by:
-        raise InputError("advice is by the posterior of a campaign at its end, and this one is not: graincal resume goes on with it.")
+        by = f"; go on with it by: {going_on(result.folder)}" if result.folder else "."
+        raise InputError(f"advice is by the posterior of a campaign at its end, and this one is not{by}")
     if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < FEWEST:
         raise InputError(f"advice needs at least {FEWEST} draws from the posterior, not {samples!r}.")
 

@@ -6,6 +6,7 @@ import fcntl
 import logging
 import math
 import os
+import shlex
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -75,7 +76,7 @@ class Log(Lines):
             raise FolderError.of(self.path, error) from error
         if not locked(self._file):
             self._file.close()
-            raise InputError(f"{folder}: another process is running this campaign; `graincal status {folder}` says how far it is.")
+            raise InputError(f"{folder}: another process is running this campaign; `graincal status {shlex.quote(str(folder))}` says how far it is.")
 
     def write(self, text: str, level: int = logging.INFO) -> None:
         """Add a line, in the file with the time."""
