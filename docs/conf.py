@@ -12,11 +12,13 @@ project = "graincal"
 author = "the authors of graincal"
 version = release = graincal.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "commands", "formulas"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "commands", "formulas", "keys"]
 exclude_patterns = ["_build", "notebooks/*.ipynb"]
 nitpicky = False
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+# What is quoted is often to be typed.
+smartquotes = False
 # Pages link to headings of each other as GitHub names them, to the fourth level, so that the links work in the repository too.
 myst_heading_anchors = 4
 
