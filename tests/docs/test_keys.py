@@ -27,5 +27,5 @@ def test_every_table_of_the_schema_has_its_place(places):
 
 def test_every_key_is_explained(places):
     explained = (DOCS / "calibration-file.md").read_text()
-    missing = [f"{place}: {key}" for place, table in places.items() for key in table.model_fields if not re.search(rf"(`|\[|\[run\.|{{ ){key}\b", explained)]
+    missing = [f"{place}: {key}" for place, table in places.items() for key in table.model_fields if not re.search(rf"(`|\[|\[run\.|[{{,] ){key}\b", explained)]
     assert missing == []
