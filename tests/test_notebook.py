@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import graincal as gc
+from graincal.demo import packing
 
 STRAIN = np.linspace(0, 0.12, 16)
 ERRORS = {"stress_ratio": gc.MeasurementError(0.01, 0.005, noise=0.002), "volumetric_strain": gc.MeasurementError(step=1e-4)}
@@ -69,3 +70,23 @@ def test_compression_is_drawn_over_the_logarithm_of_the_stress_and_many_rows_as_
     assert "PathCollection" not in shown and "PathCollection" in drained()._repr_html_()
     # The ticks of a logarithmic axis.
     assert "<!-- 10 -->" in shown and "<!-- 1000 -->" in shown
+
+
+def test_a_space_shows_its_ranges_with_their_units():
+    space = gc.ParameterSpace({"E": (1e6, 1e9), "phi": (0, 60), "nu": 0.2}, {"E": "Pa", "phi": "deg"}, ["phi"], scale={"E": "log"}, constraints=["phi < E"])
+    assert repr(space).splitlines() == [
+        "ParameterSpace: 2 unknown parameters",
+        "  E    1e+06 to 1e+09 Pa, even in the logarithm",
+        "  phi  0 to 60 deg, a value in each experiment",
+        "  nu   0.2, fixed",
+        "  where phi < E",
+    ]
+    assert "φ" in space._repr_html_() and "0 to 60 deg" in space._repr_html_() and "phi &lt; E" in space._repr_html_()
+    assert repr(gc.Samples(np.arange(3), np.zeros((3, 2)), ("E", "phi"))) == "Samples(3 of E, phi)"
+
+
+def test_a_stress_path_says_its_packing_and_its_pressure():
+    test = gc.TriaxialTest(packing(), confining_pressure=0.5e6, fixed={"nu": 0.2})
+    assert repr(test).startswith("TriaxialTest(Packing(500 particles") and repr(test).endswith(" at 500 kPa, law linear, nu = 0.2)")
+    other = gc.OedometricTest(packing(), confining_pressure=20e3)
+    assert repr(other).startswith("OedometricTest(")

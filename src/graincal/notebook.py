@@ -1,4 +1,4 @@
-"""How references, responses and packings show themselves: in a few lines at a prompt, and as a table with curves in a notebook."""
+"""How references, responses, packings and parameter spaces show themselves: in a few lines at a prompt, and as a table with curves in a notebook."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.notation.markup import to_html
+from graincal.notation.numbers import count
 from graincal.notation.printable import printable
-from graincal.notation.quantities import Quantity, quantity
+from graincal.notation.quantities import Quantity, parameter, quantity
 
 if TYPE_CHECKING:
     from graincal.data import MeasurementError, Reference, Response
     from graincal.dem.packing import Packing
+    from graincal.parameter_space import ParameterSpace
 
 FEW = 60
 """Rows up to which each is drawn as a point."""
@@ -87,6 +89,42 @@ def packing_as_html(packing: Packing) -> str:
     }
     rows = "".join(f"<tr><th style='text-align:left'>{key}</th><td>{html.escape(printable(text))}</td></tr>" for key, text in said.items())
     return f"<table>{rows}</table>"
+
+
+def space_as_text(space: ParameterSpace) -> str:
+    """The range of each parameter with its unit, or the value of one that is fixed: a line each; and the constraints."""
+    told = _told_of_parameters(space)
+    width = max(map(len, told))
+    lines = [f"  {name:{width}}  {words}" for name, words in told.items()] + [f"  where {source}" for source in _conditions(space)]
+    return "\n".join([f"ParameterSpace: {count(space.size, 'unknown parameter')}", *lines])
+
+
+def space_as_html(space: ParameterSpace) -> str:
+    """The same as a table."""
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{to_html(parameter(name, '').label)}</th><td style='text-align:left'>{html.escape(told)}</td></tr>"
+        for name, told in _told_of_parameters(space).items()
+    )
+    where = "".join(f"<tr><th style='text-align:left'>where</th><td style='text-align:left'>{html.escape(source)}</td></tr>" for source in _conditions(space))
+    return f"<table>{rows}{where}</table>"
+
+
+def _conditions(space: ParameterSpace) -> list[str]:
+    """What constraints say; one on the values of each experiment is said once."""
+    return list(dict.fromkeys(each.source for each in space.constraints))
+
+
+def _told_of_parameters(space: ParameterSpace) -> dict[str, str]:
+    """By name, in the order in which models are given them; a parameter with a value in each experiment may be there once for each."""
+    told = {}
+    for name, low, high, unit, scale in zip(space.names, space.low, space.high, space.units, space.scales):
+        even = ", even in the logarithm" if scale == "log" else ""
+        own = ", a value in each experiment" if name in space.per_experiment else ""
+        told[name] = f"{low:g} to {high:g}{f' {unit}' * bool(unit)}{even}{own}"
+    for name, value in space.fixed.items():
+        unit = space.units_of_fixed[name]
+        told[name] = f"{value:g}{f' {unit}' * bool(unit)}, fixed"
+    return {name: told[name] for name in (*(name for name in space.order if name in told), *(name for name in told if name not in space.order))}
 
 
 def error_in_words(error: MeasurementError | None, shown: Quantity) -> str:

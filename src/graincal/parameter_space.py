@@ -89,6 +89,17 @@ class ParameterSpace:
             constraints=tuple(Constraint.read(source, names, fixed) for source in constraints),
         )
 
+    def __repr__(self) -> str:
+        from graincal.notebook import space_as_text
+
+        return space_as_text(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a table of the ranges."""
+        from graincal.notebook import space_as_html
+
+        return space_as_html(self)
+
     @classmethod
     def paper(cls) -> ParameterSpace:
         """The ranges of Hartmann, Cheng, Thornton (2022), Table 2."""
@@ -342,6 +353,9 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    def __repr__(self) -> str:
+        return f"Samples({len(self)} of {', '.join(self.names)})"
 
     def take(self, rows: ArrayLike) -> Samples:
         """The given rows (indices or mask), in that order."""

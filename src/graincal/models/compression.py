@@ -22,7 +22,7 @@ STEPS_BETWEEN_STRESSES = 300.0
 a factor of three for moduli of 500 to 5·10^7 confining pressures."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CompressionTest(StressPathTest):
     """A path that can be driven by one stress, and then also by its position: how far that stress has gone, as the sum of |Δ ln σ| from the confining pressure.
 

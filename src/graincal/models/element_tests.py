@@ -100,7 +100,7 @@ class IsotropicTest(CompressionTest):
         return stress_path.isotropic(confining_pressure, self.driving_stresses(confining_pressure, at))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class TableTest(StressPathTest):
     """A stress path of one's own: the stages of a table. Its states are those of the rows that are recorded, by the row's number.
 

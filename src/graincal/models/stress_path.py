@@ -25,6 +25,7 @@ from graincal.models.model import Model
 from graincal.models.plausibility import impossible_pressure, unusual_pressure
 from graincal.models.proportion import ENGINE_PRESSURE, for_engine, from_engine
 from graincal.models.rests import REST_EVERY, RESTS_EVERY, strains_at_rest, stresses_at_rest
+from graincal.notation import numbers
 from graincal.suggestion import did_you_mean
 
 STEPS_BETWEEN_RESTS = 9.0
@@ -142,6 +143,12 @@ class StressPathTest(Economy, Model):
             if not isinstance(value, Real) or parameter.excludes(value):
                 raise InputError(f"fixed.{name} must be a number {parameter.limits}, not {value!r}{parameter.meant(value)}.")
         object.__setattr__(self, "fixed", MappingProxyType(dict(self.fixed)))
+
+    def __repr__(self) -> str:
+        at = "" if self.confining_pressure is None else f" at {numbers.pressure(self.confining_pressure)}"
+        more = f" and {len(self.packings) - 1} more" if len(self.packings) > 1 else ""
+        fixed = "".join(f", {name} = {value:g}" for name, value in self.fixed.items())
+        return f"{type(self).__name__}({self.packing}{more}{at}, law {self.law}{fixed})"
 
     def _hold_packings(self) -> None:
         given = (self.packing,) if isinstance(self.packing, Packing) else tuple(self.packing)

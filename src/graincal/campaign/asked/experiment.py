@@ -29,6 +29,9 @@ class Experiment:
     model: Model
     reference: Reference
 
+    def __repr__(self) -> str:
+        return f'Experiment "{self.name}": {self.model}\n{self.reference}'
+
     @property
     def siblings(self) -> Siblings | None:
         """How the model can be run on packings like its own; None where it cannot."""
