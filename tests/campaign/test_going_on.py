@@ -4,8 +4,11 @@ import shlex
 
 import pytest
 
+from graincal.campaign import Calibration, Experiment
+from graincal.campaign.found.next_command import next_command
 from graincal.campaign.found.status import status
 
+from . import hyperbola
 from .hyperbola import write_calibration
 
 GIVES_UP = """
@@ -38,6 +41,12 @@ def test_a_limit_that_ended_it_is_named_with_the_command_that_goes_on(call, tmp_
     assert call("status", folder).out.endswith(f"go on with:{command[1:]}\n") and status(folder)["next_command"] == command.strip()
     before = status(folder)["evaluations"]
     assert call(*shlex.split(command)[1:]).code == 0 and status(folder)["evaluations"] > before
+
+
+def test_a_limit_that_nobody_set_is_doubled_too():
+    asked = Calibration(hyperbola.SPACE, (Experiment("drained", hyperbola.model(), hyperbola.reference()),))
+    assert next_command("campaign", asked, "max_evaluations") == "graincal resume campaign --max-evaluations 80"
+    assert next_command("campaign", asked, "posterior_shift") is None and next_command("campaign", asked, None) == "graincal resume campaign"
 
 
 def test_what_keeps_it_from_going_on_by_itself_says_the_command_too(call, tmp_path):

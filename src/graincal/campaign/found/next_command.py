@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import shlex
 
-from graincal.campaign.asked.calibration import LIMITS, Calibration
+from graincal.campaign.asked.calibration import LIMITS, POSTERIOR, Calibration
 from graincal.campaign.found.by_hand import by_hand
-from graincal.inference.driving.stop import Stop
 
 _CANNOT_GO_ON = ("failures", "effective_sample_size", "proposal")
 """What ends a campaign that no command goes on with: it has to be begun again by another calibration file."""
@@ -29,8 +28,13 @@ def next_command(folder: str | os.PathLike[str], calibration: Calibration, stopp
         return "graincal calibrate CALIBRATION.toml -o NEW_FOLDER"
     if stopped_by not in LIMITS:
         return None
-    return f"{going_on(folder)} --{stopped_by.replace('_', '-')} {2 * _limit(calibration.stop, stopped_by):.10g}"
+    return f"{going_on(folder)} --{stopped_by.replace('_', '-')} {2 * _limit(calibration, stopped_by):.10g}"
 
 
-def _limit(stop: Stop, name: str) -> float:
-    return stop.most_iterations if name == "max_iterations" else getattr(stop, name)
+def _limit(calibration: Calibration, name: str) -> float:
+    """The limit in effect: that which is set, or that which the method has by itself."""
+    if name == "max_iterations":
+        return calibration.stop.most_iterations
+    if name == "max_evaluations" and calibration.method == POSTERIOR:
+        return calibration.blank_filter().most_evaluations
+    return getattr(calibration.stop, name)
