@@ -187,7 +187,7 @@ def _describe_model(experiment: Experiment) -> list[str]:
 
     model, lines = experiment.model, [f'experiment "{experiment.name}"']
     if isinstance(model, StressPathTest):
-        packing = model.packing
+        packing = model.first_packing
         at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
         every = f", every {model.strain_between_rests:.4g} of axial strain" if model.strain_between_rests else ""
         several = f", the first of {len(model.packings)} packings" if len(model.packings) > 1 else ""
@@ -239,6 +239,7 @@ def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
             return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}']
         if expected.failure:
             return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
+        assert expected.pilot is not None and expected.seconds is not None and expected.longest is not None, "it has not failed"
         lines.append(
             f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest'
         )
@@ -269,5 +270,5 @@ def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
             f"the filter itself takes some seconds more after each batch.{hours}",
         ]
     rounds = limits.rounds
-    most = f"; at most {limits.evaluations} evaluations in {rounds} iteration{'s' * (rounds > 1)}, {duration(rounds * seconds)}" if rounds else ""
-    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{most}."]
+    at_most = f"; at most {limits.evaluations} evaluations in {rounds} iteration{'s' * (rounds > 1)}, {duration(rounds * seconds)}" if rounds else ""
+    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{at_most}."]

@@ -21,9 +21,9 @@ def draw_stress_paths(result: Record) -> Figure | None:
     panels = [panel for number in range(len(result.experiments)) for panel in _panels(result, number)]
     if not panels:
         return None
-    panels, cut = in_sight(panels)
+    shown, cut = in_sight(panels)
     caption = "p′ is the mean effective stress, q the deviatoric stress, Δu the excess pore pressure where the total lateral stress is held. Points were measured, where the test has them."
-    return Figure("stress_paths", "The undrained tests: stress path and excess pore pressure.", f"{caption} {cut}".strip(), panels, columns=2)
+    return Figure("stress_paths", "The undrained tests: stress path and excess pore pressure.", f"{caption} {cut}".strip(), shown, columns=2)
 
 
 def _panels(result: Record, number: int) -> list[Panel]:
