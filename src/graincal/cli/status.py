@@ -67,6 +67,8 @@ def _lines(status: dict[str, Any]) -> list[str]:
         theta = _values(status, answer["theta"])
         spread = "" if answer["spread"] is None else f" ± {answer['spread']:.2f}"
         lines.append(f"answer: {theta}" + ("" if answer["mean"] is None else f"; its runs have ε {answer['mean']:.2f}{spread} %"))
+    if posterior := status["posterior"]:
+        lines.append(f"90 % interval{'' if status['settled'] else ' so far'}: {_intervals(status, posterior['interval_90'])}")
     for word in ("best", "most_probable") if status["method"] != "posterior" else ("best",):
         if candidate := status[word]:
             lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {_values(status, candidate['theta'])}")
@@ -94,6 +96,16 @@ def _values(status: dict[str, Any], theta: dict[str, float]) -> str:
 
     shown = [(parameter(name, status["units"][name]), value) for name, value in theta.items()]
     return to_plain(", ".join(f"{each.label} {value:.4g}{each.behind}{each.without_log(value)}" for each, value in shown))
+
+
+def _intervals(status: dict[str, Any], intervals: dict[str, list[float]]) -> str:
+    """The ends of the parameters' intervals, with their units."""
+    from graincal.notation.markup import to_plain
+    from graincal.notation.numbers import between
+    from graincal.notation.quantities import parameter
+
+    shown = [(parameter(name, status["units"][name]), ends) for name, ends in intervals.items()]
+    return to_plain(", ".join(f"{each.label} {between(*ends)}{each.behind}{each.without_log(*ends)}" for each, ends in shown))
 
 
 def _figure(name: str, value: float | None) -> str:

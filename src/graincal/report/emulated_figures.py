@@ -53,7 +53,8 @@ def draw_bands(emulated: Emulated) -> Figure:
         panels += [_recorded_panel(emulated, number, name, runs) for name in experiment.reference.recorded]
     caption = (
         "The narrow band is where the mean response lies, given all that is known of the parameters and of the emulator; the wide one is where a measurement "
-        f"of it would, errors included: about nine in ten points of the reference belong there. Each holds {_MOST}, state by state."
+        f"of it would, errors included: about nine in ten points of the reference belong there. Each holds {_MOST}, state by state. "
+        "The runs at the answer are single runs; where the simulator scatters, one of them may lie outside."
     )
     if result.recorded_names:
         caption += f" {UNSEEN} No emulator knows it: its band is the range of the runs that fit about as well, and responses beyond it may fit, too."
