@@ -1,3 +1,4 @@
+# make, make install    the virtual environment .venv with graincal in it: .venv/bin/graincal
 # make demo    a whole calibration on an embedded default, with its report
 # make test    the test suite, a process for each of up to eight cores; PYTEST_ARGS goes to pytest, such as PYTEST_ARGS='-n 0 tests/dem' for one process and a part of it
 # make test-cluster    the faults of a cluster, through a real Slurm of one node: a quarter of an hour; needs root, and the packages slurm-wlm and munge
@@ -12,7 +13,10 @@ TEST_INSTALLED := $(VENV)/.installed-test
 DOCS_INSTALLED := $(VENV)/.installed-docs
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native -type f)
 
-.PHONY: demo docs test test-cluster lint format clean
+.PHONY: install demo docs test test-cluster lint format clean
+install: $(INSTALLED)
+	@echo "graincal is installed: .venv/bin/graincal, or graincal after: source .venv/bin/activate"
+
 demo: $(INSTALLED)
 	$(VENV)/bin/graincal demo
 

@@ -3,7 +3,7 @@
     python benchmarks/scheduling.py [--runs 1000 10000] [--workers 2] [--where threads processes command parsl]
 
 Each line is a library of runs (`graincal explore`) in a process of its own: milliseconds of wall time for each evaluation, from the first outcome that is stored to the last, and the largest resident memory of the process that controls it.
-By Parsl: its local provider, with as many cores as workers (pip install "graincal[cluster]").
+By Parsl: its local provider, with as many cores as workers (pip install '.[cluster]').
 """
 
 from __future__ import annotations

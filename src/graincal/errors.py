@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
+
 from graincal.notation.printable import printable
 
 LONGEST_MESSAGE = 10_000
@@ -13,3 +16,11 @@ class InputError(ValueError):
 
     def __init__(self, message: object = "") -> None:
         super().__init__(printable(message, LONGEST_MESSAGE, lines=True))
+
+
+def not_installed(what: str, packages: str, extra: str) -> InputError:
+    """That something needs packages which only an extra of graincal brings, and how that is installed for the Python that runs."""
+    are = "are" if " and " in packages else "is"
+    return InputError(
+        f"{what} needs {packages}, which {are} not installed: {shlex.quote(sys.executable)} -m pip install '.[{extra}]' in the folder of graincal's source."
+    )

@@ -74,7 +74,7 @@ class Result(Record):
         return self._summary
 
     def to_dataframe(self) -> DataFrame:
-        """Every evaluation as a row of a pandas table, by the sample's id. Raises InputError where pandas is not installed (`pip install 'graincal[notebook]'`)."""
+        """Every evaluation as a row of a pandas table, by the sample's id. Raises InputError where pandas is not installed, which the extra `notebook` brings."""
         from graincal.campaign.found.evaluations_table import to_dataframe
 
         return to_dataframe(self)
@@ -82,7 +82,7 @@ class Result(Record):
     def to_arviz(self) -> Any:
         """The posterior as ArviZ reads it, with sample_stats, prior, posterior_predictive and observed_data: an xarray.DataTree, or an InferenceData before ArviZ 1. One chain of 500 draws of equal weight.
 
-        Raises InputError where ArviZ is not installed (`pip install 'graincal[notebook]'`), and where there is no posterior.
+        Raises InputError where ArviZ is not installed, which the extra `notebook` brings, and where there is no posterior.
         """
         from graincal.campaign.found.arviz_groups import to_arviz
 

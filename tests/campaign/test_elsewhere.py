@@ -171,7 +171,7 @@ def test_jobs_of_a_copied_folder_are_others(call, tmp_path):
 
 
 def test_by_parsl_it_is_the_same_and_a_function_that_lies_beside_the_file_is_found(call, tmp_path):
-    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+    pytest.importorskip("parsl", reason="Parsl is not installed: pip install '.[cluster]'")
     file = write(tmp_path / "there", 'executor = "parsl"\nparsl = { provider = "local", cores_per_node = 2 }')
     assert call("calibrate", file, "-o", tmp_path / "b", "-q").code == 0
     assert call("calibrate", write(tmp_path / "here", ""), "-o", tmp_path / "a", "-q").code == 0
@@ -197,7 +197,7 @@ def of_a_program(*keys):
 
 
 def test_a_program_runs_by_parsl_in_the_campaigns_folder(call, tmp_path):
-    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+    pytest.importorskip("parsl", reason="Parsl is not installed: pip install '.[cluster]'")
     file = write(tmp_path / "there", 'executor = "parsl"\nparsl = { provider = "local", cores_per_node = 2 }', of_a_program())
     (tmp_path / "there" / "program.py").write_text(PROGRAM)
     called = call("calibrate", file, "-o", tmp_path / "b", "-q")
@@ -208,7 +208,7 @@ def test_a_program_runs_by_parsl_in_the_campaigns_folder(call, tmp_path):
 
 
 def test_where_programs_run_in_scratch_the_nodes_need_not_see_the_campaigns_folder(call, tmp_path, monkeypatch):
-    pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+    pytest.importorskip("parsl", reason="Parsl is not installed: pip install '.[cluster]'")
     if subprocess.run(["unshare", "--mount", "true"], capture_output=True).returncode:
         pytest.skip("this machine lets nobody hide a folder from a process (unshare --mount)")
     home, scratch, campaign = (tmp_path / name for name in ("home", "scratch", "b"))
@@ -234,5 +234,6 @@ def test_where_programs_run_in_scratch_the_nodes_need_not_see_the_campaigns_fold
 def test_without_parsl_it_is_said_what_to_install(call, tmp_path, monkeypatch):
     file = write(tmp_path, 'executor = "parsl"\nparsl = { provider = "local" }')
     monkeypatch.setitem(sys.modules, "parsl", None)
+    assert "needs Parsl, which is not installed" in call("check", file).out
     called = call("calibrate", file, "-o", tmp_path / "campaign")
-    assert called.code == 1 and 'pip install "graincal[cluster]"' in called.err and not (tmp_path / "campaign").exists()
+    assert called.code == 1 and "pip install '.[cluster]'" in called.err and not (tmp_path / "campaign").exists()

@@ -76,4 +76,4 @@ def test_no_file_is_overwritten_but_an_export_of_its_own(by_iterations, call, tm
 def test_what_is_not_installed_is_said(by_iterations, call, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5netcdf", None)
     told = call("export", by_iterations, "--to", "netcdf")
-    assert told.code == 1 and "pip install 'graincal[netcdf]'" in told.err
+    assert told.code == 1 and "pip install '.[netcdf]'" in told.err

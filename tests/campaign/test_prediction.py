@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from graincal import InputError, Reference, calibrate, predict
+from graincal import InputError, MeasurementError, Reference, calibrate, predict
 from graincal.data import Failure, Response
 from graincal.inference import Stop
 
 from .as_tasks import model_of
 from .hyperbola import SPACE, STRAIN, TRUTH, model, reference, respond
+
+LACK = np.sqrt(0.25 * 0.01**2 + 0.5 * 0.02**2 + 0.25 * 0.04**2)
+"""Of the peak: the standard deviation of what a model cannot reproduce of a measured test."""
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +56,30 @@ def test_what_cannot_be_predicted_is_said(result):
     elsewhere = Reference(STRAIN[1:], {name: values[1:] for name, values in reference().observables.items()})
     with pytest.raises(InputError, match="own axial_strain"):
         predict(result, model(), STRAIN, samples=4, workers=1).against(elsewhere)
+
+
+def test_the_band_of_what_would_be_measured_is_the_one_that_the_score_looks_at(result):
+    prediction = predict(result, model(), STRAIN, samples=10, workers=1)
+    errors = {"stress_ratio": MeasurementError(absolute=0.05), "volumetric_strain": MeasurementError(relative=0.1)}
+    held_out = Reference(STRAIN, reference().observables, measurement_errors=errors)
+    found = prediction.against(held_out)
+    for name, values in held_out.observables.items():
+        low, high = prediction.measured_as(held_out).measured_interval(name)
+        assert found.coverage[name] == np.mean((low <= values) & (values <= high))
+    # At the start, where no response differs from another, the band is that of the error alone.
+    (low, high), error = prediction.measured_as(held_out).measured_interval("stress_ratio"), np.hypot(0.05, LACK * prediction.mean("stress_ratio").max())
+    assert (high - low)[0] == pytest.approx(2 * norm.ppf(0.95) * error, rel=1e-6) and np.all(high - low > np.ptp(prediction.interval("stress_ratio"), axis=0))
+
+
+def test_what_a_band_holds_is_said(result):
+    prediction = predict(result, model(), STRAIN, samples=10, workers=1)
+    names = tuple(prediction.values)
+    assert prediction.with_errors == reference().names
+    assert "a measurement error of about 1 % of the peak of stress ratio" in prediction.band_in_words(names)
+    stated = Reference(STRAIN, {"stress_ratio": reference().observables["stress_ratio"]}, measurement_errors={"stress_ratio": 0.05}, simulated=True)
+    said = prediction.measured_as(stated).band_in_words(("stress_ratio", "volumetric_strain"))
+    assert said == (
+        "The band holds 90 % of what a test would measure, state by state: the responses of 10 parameter sets drawn from the posterior, with the measurement errors that are stated. "
+        "No error is stated of volumetric strain: the band there holds 90 % of the responses alone."
+    )
+    np.testing.assert_array_equal(prediction.measured_as(stated).measured_interval("volumetric_strain"), prediction.interval("volumetric_strain"))

@@ -15,7 +15,7 @@ from graincal.data import InputError, Response
 from graincal.execution import Scheduler, Task
 from graincal.models.function_work import FunctionWork
 
-parsl = pytest.importorskip("parsl", reason="Parsl is not installed: pip install graincal[cluster]")
+parsl = pytest.importorskip("parsl", reason="Parsl is not installed: pip install '.[cluster]'")
 
 from graincal.execution import parsl as on_blocks  # noqa: E402
 from graincal.execution.parsl import _reasons  # noqa: E402

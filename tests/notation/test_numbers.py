@@ -29,6 +29,7 @@ def test_percents_have_no_exponent():
 
 def test_other_numbers():
     assert between(0.208, 0.883) == "0.21 to 0.88"
+    assert between(1.8e8, 1.8e9) == "1.8 × 10^{8} to 1.8 × 10^{9}"
     assert between(1.98e8, 2.31e8) == "(1.98 to 2.31) × 10^{8}"
     assert [short(number) for number in (0.0, 0.5, 60.0, 1000.0, 2e8)] == ["0", "0.5", "60", "1000", "2 × 10^{8}"]
     assert value(float("nan")) == "–"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from graincal.cli.saying import say
-from graincal.data import Failure, InputError
+from graincal.data import Failure, InputError, Response
 from graincal.notation.printable import printable, printable_json
 
 if TYPE_CHECKING:
     from graincal.campaign import Calibration, Experiment
+    from graincal.campaign.asked.limits import Limits
     from graincal.campaign.file.examination import Examination, Examined
-    from graincal.data import Reference, Response
+    from graincal.data import Reference
 
 UNANSWERED = 2
 """The exit code where there are questions or problems."""
@@ -149,7 +151,7 @@ def _draw(found: Examination, plot: Path, responses: Mapping[int, Response], *, 
         return
     draw_references(found.calibration.experiments if found.calibration else found.experiments, plot, responses)
     if not quiet:
-        say(f"References drawn to {plot}.")
+        say(f"References{' and the run of the first sample' if any(isinstance(each, Response) for each in responses.values()) else ''} drawn to {plot}.")
 
 
 def _describe_so_far(experiment: Examined) -> list[str]:
@@ -210,65 +212,81 @@ def _describe_model(experiment: Experiment) -> list[str]:
 
 
 def _expectation(calibration: Calibration, took: float = 0.0) -> list[str]:
-    import numpy as np
-
+    """How many evaluations there will be, and how long they take as far as that is known. took: seconds of the first sample's runs, 0 where there were none."""
     from graincal.campaign.asked.limits import Limits
-    from graincal.campaign.file.expectation import NOT_RUN, expect
-    from graincal.campaign.file.forecast import Forecast
     from graincal.execution import available_cores
     from graincal.inference import PosteriorFilter
-    from graincal.inference.likelihood.packings import PLACES, SIBLINGS
-    from graincal.notation.text import duration
 
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
-    samples = len(filter.under_way[0])
     # More workers than cores share them.
-    at_once = min(workers, available_cores())
-    lines, seconds, extra = [], 0.0, 0.0
-    if calibration.expected_seconds:
-        seconds = calibration.expected_seconds * np.ceil(samples / at_once)
-        beside = f", and the first sample took {duration(took)}" if took else ""
-        lines.append(f"about {duration(calibration.expected_seconds)} for an evaluation, as expected_seconds says{beside}")
-    for expected in () if calibration.expected_seconds else expect(calibration):
-        if expected.failure and expected.failure.kind == NOT_RUN and took:
-            return [
-                *lines,
-                f"The first sample took {duration(took)}. expected_seconds = {took:.2g} under [run] says so, where other samples take about as long: more runs then fill the ranges of a program that takes seconds.",
-            ]
-        if expected.failure and expected.failure.kind == NOT_RUN:
-            return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}']
-        if expected.failure:
-            return [*lines, f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}']
-        assert expected.pilot is not None and expected.seconds is not None and expected.longest is not None, "it has not failed"
-        lines.append(
-            f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest'
-        )
-        seconds += max(expected.seconds / at_once, expected.longest)
-        extra += expected.pilot
+    at_once = workers if calibration.place else min(workers, available_cores())
+    lines, first_round, pilots = _timed(calibration, at_once, took)
+    samples, limits = len(filter.under_way[0]), Limits.of(calibration, filter)
     shared = f" on {at_once} core{'s' * (at_once > 1)}" if at_once < workers else ""
-    with_workers = f"with {workers} worker{'s' * (workers > 1)}{shared}"
-    limits = Limits.of(calibration, filter)
+    begin = f"{{}}{_about(first_round)} with {workers} worker{'s' * (workers > 1)}{shared}"
     if isinstance(filter, PosteriorFilter):
-        forecast = Forecast.of(samples, len(calibration.known) if calibration.known else 0, limits.evaluations)
         if any(filter.siblings):
-            runs = SIBLINGS * PLACES
-            lines.append(
-                f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by, about {duration(extra * runs / at_once)}; to prepare these once takes minutes."
-            )
+            lines.append(_on_siblings(pilots / at_once))
         known = f" beside the {len(calibration.known)} that are known" if calibration.known else ""
-        most = forecast.at_most
-        spent = duration(seconds * forecast.evaluations / samples)
-        if most is not None and forecast.evaluations >= most:
-            course = f"The limit ends it after {most}, about {spent}, where most calibrations have not settled"
-        else:
-            limit = f", and ends after {most} at the most, {duration(seconds * most / samples)}" if most else ""
-            course = f"As most do, a calibration settles after some {forecast.evaluations}, about {spent}{limit}"
-        hours = f" It begins no further batch after {calibration.stop.hours:g} hours." if calibration.stop.hours else ""
-        return [
-            *lines,
-            f"Expect {samples} evaluations that fill the ranges{known}, about {duration(seconds)} {with_workers}. {course}; "
-            f"the filter itself takes some seconds more after each batch.{hours}",
-        ]
+        return [*lines, f"Expect {begin.format(f'{samples} evaluations that fill the ranges{known}')}. {_course(calibration, limits, samples, first_round)}"]
     rounds = limits.rounds
-    at_most = f"; at most {limits.evaluations} evaluations in {rounds} iteration{'s' * (rounds > 1)}, {duration(rounds * seconds)}" if rounds else ""
-    return [*lines, f"Expect {samples} evaluations an iteration, about {duration(seconds)} {with_workers}{at_most}."]
+    most = f"; at most {limits.evaluations} evaluations in {rounds} iteration{'s' * (rounds > 1)}{_about(rounds * first_round)}" if rounds else ""
+    return [*lines, f"Expect {begin.format(f'{samples} evaluations an iteration')}{most}."]
+
+
+def _timed(calibration: Calibration, at_once: int, took: float) -> tuple[list[str], float, float]:
+    """What is known of the times, in sentences; the seconds of the first round, so many at once; and those of one run of each experiment. NaN for what is not known."""
+    from graincal.campaign.file.expectation import NOT_RUN, expect
+    from graincal.notation.text import duration
+
+    samples, each = len(calibration.blank_filter().under_way[0]), calibration.expected_seconds
+    if each:
+        beside = f", and the first sample took {duration(took)}" if took else ""
+        return [f"about {duration(each)} for an evaluation, as expected_seconds says{beside}"], each * math.ceil(samples / at_once), 0.0
+    lines, seconds, pilots = [], 0.0, 0.0
+    for expected in expect(calibration):
+        if expected.failure is None:
+            lines.append(
+                f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest'
+            )
+            seconds += max(expected.seconds / at_once, expected.longest)
+            pilots += expected.pilot
+        elif expected.failure.kind != NOT_RUN:
+            said = f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}'
+            return [*lines, said], math.nan, math.nan
+        elif took:
+            said = f"The first sample took {duration(took)}. expected_seconds = {took:.2g} under [run] says so, where other samples take about as long: more runs then fill the ranges of a program that takes seconds."
+            return [*lines, said], took * math.ceil(samples / at_once), math.nan
+        else:
+            return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}'], math.nan, math.nan
+    return lines, seconds, pilots
+
+
+def _course(calibration: Calibration, limits: Limits, samples: int, first_round: float) -> str:
+    """Where a calibration by the method "posterior" ends as most do, and at the latest. first_round: the seconds of its samples."""
+    from graincal.campaign.file.forecast import Forecast
+
+    forecast = Forecast.of(samples, len(calibration.known) if calibration.known else 0, limits.evaluations)
+    most, a_sample = forecast.at_most, first_round / samples
+    if most is not None and forecast.evaluations >= most:
+        course = f"The limit ends it after {most}{_about(a_sample * most)}, where most calibrations have not settled"
+    else:
+        limit = f", and ends after {most} at the most{_about(a_sample * most)}" if most else ""
+        course = f"As most do, a calibration settles after some {forecast.evaluations}{_about(a_sample * forecast.evaluations)}{limit}"
+    hours = f" It begins no further batch after {calibration.stop.hours:g} hours." if calibration.stop.hours else ""
+    return f"{course}; the filter itself takes some seconds more after each batch.{hours}"
+
+
+def _on_siblings(seconds: float) -> str:
+    """What runs on packings like each one cost. seconds: of one place."""
+    from graincal.inference.likelihood.packings import PLACES, SIBLINGS
+
+    runs = SIBLINGS * PLACES
+    return f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by{_about(seconds * runs)}; to prepare these once takes minutes."
+
+
+def _about(seconds: float) -> str:
+    """A time behind what takes it; nothing where it is not known."""
+    from graincal.notation.text import duration
+
+    return f" (about {duration(seconds)})" if math.isfinite(seconds) else ""

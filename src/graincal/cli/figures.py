@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from graincal.campaign import Experiment
 from graincal.campaign.found.prediction import Prediction
 from graincal.data import InputError, Reference, Response
+from graincal.drawing import with_matplotlib
 from graincal.files import unwritable
 from graincal.models.stress_path import Abscissa, Panel
 from graincal.notation.glyphs import missing_glyphs_unsaid
 from graincal.notation.markup import to_mathtext
-from graincal.positions import legs
+from graincal.report.predicted import draw_predicted
 
 _UNITS = {"strain": ("%", 100.0), "extension": ("%", 100.0), "stress": ("kPa", 1e-3), "pressure": ("kPa", 1e-3)}
 """What quantities are drawn in, by the last word of their names, and the factor to that from fractions and Pa."""
@@ -82,24 +83,11 @@ def response_figure(response: Response, control: str, shown: Sequence[Panel], re
 
 
 def draw_prediction(prediction: Prediction, shown: Sequence[str], reference: Reference | None, path: Path, abscissa: Abscissa | None = None) -> None:
-    """The mean and the 90 % band of predicted responses, with the test that they are compared with if there is one; over the control if nothing else is given."""
-    figure = Figure(figsize=(4 * len(shown), 3), layout="constrained")
-    over, values, logarithmic = abscissa or Abscissa(prediction.control_name, prediction.control)
-    x = _to_print(over, values)
-    for number, name in enumerate(shown):
-        axes = figure.add_subplot(1, len(shown), 1 + number)
-        low, high = (_to_print(name, end) for end in prediction.interval(name))
-        for leg in legs(x):
-            axes.fill_between(x[leg], low[leg], high[leg], color="tab:blue", alpha=0.25, linewidth=0, label="" if leg.start else "90 % of predicted responses")
-        axes.plot(x, _to_print(name, prediction.mean(name)), color="tab:blue", label="their mean")
-        if reference is not None:
-            axes.plot(x, _to_print(name, reference.measured[name]), "k.", markersize=4, label="test")
-            axes.set(title=_not_fitted(name, reference).removeprefix(", "))
-        if logarithmic:
-            _scale_logarithmically(axes, values)
-        axes.set(xlabel=_label(over), ylabel=_label(name))
-    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
-    _save(figure, path)
+    """Write the figure of a prediction (`draw_predicted`), with the test that it is compared with if there is one; over the control if nothing else is given."""
+    try:
+        with_matplotlib.save(draw_predicted(prediction, reference, shown, abscissa), path)
+    except OSError as error:
+        raise InputError(unwritable(path, error)) from None
 
 
 def _scale_logarithmically(axes: Axes, values: NDArray) -> None:

@@ -96,5 +96,5 @@ def _beside(reference: Reference, response: Response) -> list[str]:
         for called, curve in ((name, values), ("  reference", measured)):
             lines.append(f"    {called:20} {sparkline(resample(reference.control, curve), low, high)}  {curve.min():.4g} to {curve.max():.4g}")
     if left_out := response.details.get("rows_left_out"):
-        lines.append(f"    {left_out:g} rows were left out, where {reference.control_name} fell back or stood still")
+        lines.append(f"    {left_out:g} rows of its output were left out, where {reference.control_name} fell back or stood still")
     return lines

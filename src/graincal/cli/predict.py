@@ -61,7 +61,10 @@ def predict(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="Means and 90 % intervals of observables and quantities of interest, as CSV; nothing is overwritten.", metavar="FILE"
+            "--output",
+            "-o",
+            help="Means and 90 % intervals of observables and quantities of interest, as CSV: NAME_mean, NAME_5% and NAME_95% of the responses, and NAME_measured_5% and NAME_measured_95% with measurement errors; nothing is overwritten.",
+            metavar="FILE",
         ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the bands to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,
@@ -87,6 +90,8 @@ def predict(
     if not quiet:
         say_what_runs(result, samples, test)
     prediction = predict_test(result, test, at, control_name=test.control, samples=samples, seed=seed, workers=at_once, experiment=chosen.name)
+    if reference is not None:
+        prediction = prediction.measured_as(reference)
     if output:
         _write(prediction, output)
     shown = (
@@ -235,6 +240,9 @@ def _write(prediction: Prediction, path: Path) -> None:
     for name in prediction.values:
         low, high = prediction.interval(name)
         columns |= {f"{name}_mean": prediction.mean(name), f"{name}_5%": low, f"{name}_95%": high}
+        if name in prediction.with_errors:
+            low, high = prediction.measured_interval(name)
+            columns |= {f"{name}_measured_5%": low, f"{name}_measured_95%": high}
     try:
         np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
     except OSError as error:
@@ -243,16 +251,16 @@ def _write(prediction: Prediction, path: Path) -> None:
 
 def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ...], reference: Reference | None) -> list[str]:
     from graincal.inference import curve_error
+    from graincal.notation.markup import to_plain
 
     lines = [
         f"Predicted {_named(test)} from {len(prediction.theta)} samples of the posterior"
         + (f"; {len(prediction.failures)} more failed ({prediction.failures[0].kind})" if prediction.failures else "")
-        + ". Means and 90 % intervals at the last state:"
+        + ". Means and 90 % bands at the last state:"
     ]
     extra = tuple(name for name in ("coordination_number", "a_c") if name in prediction.values and name not in shown)
-    for name in (*shown, *extra):
-        low, high = prediction.interval(name)[:, -1]
-        lines.append(f"  {name:22} {prediction.mean(name)[-1]:10.4g}   {low:.4g} to {high:.4g}")
+    lines += [_at_the_end(prediction, name) for name in (*shown, *extra)]
+    lines.append(to_plain(prediction.band_in_words((*shown, *extra))))
     if reference is not None:
         found = prediction.against(reference)
         covered = ", ".join(f"{share:.0%} of {name}" for name, share in found.coverage.items())
@@ -264,3 +272,17 @@ def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ..
             f"Not fitted: the mean's error in {name} is {curve_error(prediction.mean(name), values):.2f} %." for name, values in reference.recorded.items()
         ]
     return lines
+
+
+def _at_the_end(prediction: Prediction, name: str) -> str:
+    import numpy as np
+
+    from graincal.notation import numbers
+    from graincal.notation.markup import to_plain
+    from graincal.notation.quantities import quantity
+
+    known = quantity(name)
+    mean, low, high = (float(known.scale * curve[-1]) for curve in (prediction.mean(name), *prediction.measured_interval(name)))
+    shown = (numbers.within(mean, (low, high)), numbers.between(low, high)) if np.isfinite([mean, low, high]).all() else (numbers.value(np.nan), "")
+    at, ends = map(to_plain, shown)
+    return f"  {to_plain(known.axis):34} {at:>9}   {ends}".rstrip()

@@ -58,7 +58,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
     if status["iterations"]:
         last = status["iterations"][-1]
         of_paper = {"s": "s", "ESS": "effective_sample_size", "ε_GL": "gl_error", "ε": "error"}
-        of_posterior = {"posterior shift": "posterior_shift", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
+        of_posterior = {"doubt": "doubt", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
         figures = [(name, last[key]) for name, key in (of_posterior if "posterior_shift" in last else of_paper).items()]
         lines.append(f"after {round_} {last['index']}: " + ", ".join(f"{name} {_figure(name, value)}" for name, value in figures))
         errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]
@@ -67,6 +67,8 @@ def _lines(status: dict[str, Any]) -> list[str]:
         theta = _values(status, answer["theta"])
         spread = "" if answer["spread"] is None else f" ± {answer['spread']:.2f}"
         lines.append(f"answer: {theta}" + ("" if answer["mean"] is None else f"; its runs have ε {answer['mean']:.2f}{spread} %"))
+    if posterior := status["posterior"]:
+        lines.append(f"90 % interval{'' if status['settled'] else ' so far'}: {_intervals(status, posterior['interval_90'])}")
     for word in ("best", "most_probable") if status["method"] != "posterior" else ("best",):
         if candidate := status[word]:
             lines.append(f"{word.replace('_', ' ')}: ε {candidate['error']:.2f} % at {_values(status, candidate['theta'])}")
@@ -94,6 +96,16 @@ def _values(status: dict[str, Any], theta: dict[str, float]) -> str:
 
     shown = [(parameter(name, status["units"][name]), value) for name, value in theta.items()]
     return to_plain(", ".join(f"{each.label} {value:.4g}{each.behind}{each.without_log(value)}" for each, value in shown))
+
+
+def _intervals(status: dict[str, Any], intervals: dict[str, list[float]]) -> str:
+    """The ends of the parameters' intervals, with their units."""
+    from graincal.notation.markup import to_plain
+    from graincal.notation.numbers import between
+    from graincal.notation.quantities import parameter
+
+    shown = [(parameter(name, status["units"][name]), ends) for name, ends in intervals.items()]
+    return to_plain(", ".join(f"{each.label} {between(*ends)}{each.behind}{each.without_log(*ends)}" for each, ends in shown))
 
 
 def _figure(name: str, value: float | None) -> str:

@@ -10,6 +10,7 @@ from shutil import which
 from typing import TYPE_CHECKING, Any
 
 from graincal.data import InputError
+from graincal.errors import not_installed
 from graincal.execution.cores import available_cores
 
 if TYPE_CHECKING:
@@ -57,10 +58,8 @@ class Blocks:
         """Raise InputError where Parsl, or the program that submits jobs, is not here."""
         try:
             import parsl  # noqa: F401
-        except ImportError as error:
-            raise InputError(
-                f'run.executor = "parsl" needs Parsl, which cannot be imported ({error}); it is installed by: pip install "graincal[cluster]"'
-            ) from None
+        except ImportError:
+            raise not_installed('run.executor = "parsl"', "Parsl", "cluster") from None
         program = SUBMIT[self.provider]
         if program and which(program) is None:
             raise InputError(

@@ -32,10 +32,12 @@ def repeated(mean: float, spread: float) -> str:
 
 
 def between(low: float, high: float) -> str:
-    """The two ends of an interval, two digits of its width: `0.21 to 0.88`; the value alone where it has no width but rounding."""
+    """The two ends of an interval, two digits of its width: `0.21 to 0.88`; of numbers with a power of ten that span decades two digits of each; the value alone where it has no width but rounding."""
     if high - low <= ROUNDING * max(abs(low), abs(high)):
         return value(high)
     exponent = _exponent(max(abs(low), abs(high)))
+    if exponent and 0 < low < 0.2 * high:
+        return f"{value(low, 2)} to {value(high, 2)}"
     decimals = _decimals(high - low or abs(high), 2 if high > low else 4)
     shown = f"{_fixed(low, decimals, exponent)} to {_fixed(high, decimals, exponent)}"
     return f"({shown}) × 10^{{{exponent}}}".replace("-", "−") if exponent else shown

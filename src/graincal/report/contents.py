@@ -16,7 +16,7 @@ from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs, dr
 from graincal.report.first_screen import compose_first_screen
 from graincal.report.page import Page
 from graincal.report.pairs import draw_pairs
-from graincal.report.prediction import Prediction, draw_prediction
+from graincal.report.prediction import OtherPressure, draw_other_pressure
 from graincal.report.responses import draw_fabric, draw_responses
 from graincal.report.run_times import draw_run_times, stopped_sentence, where_failed
 from graincal.report.sampling import draw_convergence, draw_samples
@@ -24,12 +24,12 @@ from graincal.report.stress_paths import draw_stress_paths
 from graincal.report.words import cautions, errors_rule, found
 
 
-def figures(result: Record, prediction: Prediction | None = None) -> list[Figure]:
+def figures(result: Record, prediction: OtherPressure | None = None) -> list[Figure]:
     """All figures that a result has."""
     return _figures(result, prediction, Emulated.of(result))
 
 
-def _figures(result: Record, prediction: Prediction | None, emulated: Emulated | None) -> list[Figure]:
+def _figures(result: Record, prediction: OtherPressure | None, emulated: Emulated | None) -> list[Figure]:
     if emulated:
         drawn = [
             draw_bands(emulated),
@@ -44,10 +44,10 @@ def _figures(result: Record, prediction: Prediction | None, emulated: Emulated |
         drawn = [draw_samples(result), draw_stress_paths(result), draw_run_times(result)]
     else:
         drawn = [draw(result) for draw in (draw_responses, draw_samples, draw_convergence, draw_pairs, draw_stress_paths, draw_fabric, draw_run_times)]
-    return [figure for figure in (*drawn, draw_prediction(prediction)) if figure]
+    return [figure for figure in (*drawn, draw_other_pressure(prediction)) if figure]
 
 
-def compose(result: Record, prediction: Prediction | None) -> Page:
+def compose(result: Record, prediction: OtherPressure | None) -> Page:
     """The report of a result: the first screen, and behind it everything else, folded."""
     emulated = Emulated.of(result)
     drawn = {figure.name: figure for figure in _figures(result, prediction, emulated)}
@@ -125,11 +125,11 @@ def _compose_identified(page: Page, result: Record, emulated: Emulated) -> None:
         page.table(modes)
 
 
-def _compose_prediction(page: Page, result: Record, prediction: Prediction, figure: Figure | None) -> None:
+def _compose_prediction(page: Page, result: Record, prediction: OtherPressure, figure: Figure | None) -> None:
     """The test at another pressure."""
+    what = f"{len(prediction.drawn.theta)} simulations by the posterior" if prediction.drawn else "One simulation of the answer"
     with page.folded(
-        f"Prediction at {pressure(prediction.test.confining_pressure)}",
-        "One simulation of the answer at another confining pressure, which no test was compared with.",
+        f"Prediction at {pressure(prediction.test.confining_pressure)}", f"{what} at another confining pressure, which no test was compared with."
     ):
         if figure:
             page.figure(figure)

@@ -39,8 +39,15 @@ def compose_first_screen(page: Page, result: Record, emulated: Emulated | None, 
         page.figure(curves, leads=True)
     with page.group("answer"):
         with page.group("values"):
-            page.heading(f"The {name_of_answer(result)} and its {100 * PROBABILITY:.0f} % interval" if result.posterior else "Parameters")
+            page.heading(
+                f"The {'answer' if result.answer else name_of_answer(result)} and its {100 * PROBABILITY:.0f} % interval" if result.posterior else "Parameters"
+            )
             page.table(of_answer(result, emulated))
+            if result.answer:
+                page.paragraph(
+                    ["The answer fits best under the errors of measurement alone. The interval counts all errors, so the answer need not lie in its middle."],
+                    "note",
+                )
         _compose_lines(page, result)
 
 

@@ -9,24 +9,18 @@ import numpy as np
 
 from graincal.campaign.found.prediction import Prediction
 from graincal.data import InputError, Reference
-from graincal.drawing.figure import Axis, Figure, Line, Mark, Panel, Points
-from graincal.drawing.palette import BAND, PREDICTED, REFERENCE
+from graincal.drawing.figure import Figure
 from graincal.drawing.with_matplotlib import show
-from graincal.inference.sampling.posterior import PROBABILITY
-from graincal.notation.numbers import count
-from graincal.notation.quantities import quantity
 from graincal.report.emulated_figures import draw_bands, draw_emulated_pairs
 from graincal.report.pairs import draw_pairs
-from graincal.report.prediction import draw_prediction, predict_response
-from graincal.report.responses import bands, draw_responses
+from graincal.report.predicted import draw_predicted
+from graincal.report.prediction import draw_other_pressure, predict_response
+from graincal.report.responses import draw_responses
 from graincal.report.sampling import draw_samples
 from graincal.report.write import PREDICTED as TIMES
 
 if TYPE_CHECKING:
     from graincal.result import Result
-
-SHOWN = ("stress_ratio", "volumetric_strain", "deviatoric_stress", "excess_pore_pressure", "axial_stress")
-"""What of a prediction is drawn where nobody says it, as far as it is there."""
 
 
 class Plots:
@@ -50,32 +44,14 @@ class Plots:
         return _shown(draw_samples(self._result), "trace")
 
     def predict(self, prediction: Prediction | None = None, against: Reference | None = None, names: Sequence[str] = ()) -> np.ndarray:
-        """A prediction (`graincal.predict`) with its 90 % bands of the responses, and a test that it is compared with; names: what is drawn, by default what the test measured.
+        """A prediction (`graincal.predict`) with its 90 % bands, measurement errors included, and a test that it is compared with; names: what is drawn, by default what the test measured.
 
-        Without a prediction, one run of the answer at twice the confining pressure, as in the report: it takes as long as one evaluation.
+        `prediction.band_in_words(names)` says what the bands hold. Without a prediction it is the report's, at twice the confining pressure: by the method "posterior" 20 runs where they take half a
+        minute at most, else one run of the answer.
         """
         if prediction is None:
-            return _shown(draw_prediction(predict_response(self._result, TIMES)), "predict")
-        return _shown(figure_of(prediction, against, names), "predict")
-
-
-def figure_of(prediction: Prediction, against: Reference | None = None, names: Sequence[str] = ()) -> Figure:
-    """The bands of a prediction. Raises InputError for a name that it does not hold."""
-    names = tuple(names) or tuple(against.measured if against else (name for name in SHOWN if name in prediction.values)) or tuple(prediction.values)[:3]
-    across = quantity(prediction.control_name)
-    x, panels = prediction.control * across.scale, []
-    for name in names:
-        shown = quantity(name)
-        low, high = prediction.interval(name, PROBABILITY) * shown.scale
-        marks: list[Mark] = [
-            *bands(x, low, high, BAND, f"{100 * PROBABILITY:.0f} % of responses"),
-            Line(x, prediction.mean(name) * shown.scale, PREDICTED, "predicted mean"),
-        ]
-        if against and name in against.measured:
-            marks.append(Points(against.control * across.scale, against.measured[name] * shown.scale, REFERENCE, "measured"))
-        panels.append(Panel(shown.title, Axis(across.axis), Axis(shown.axis), tuple(marks)))
-    caption = "The band holds the responses of the parameters drawn from the posterior, state by state; errors of measurement are not in it."
-    return Figure("prediction", f"Predicted by {count(len(prediction.theta), 'run')}.", caption, tuple(panels), columns=min(3, len(panels)))
+            return _shown(draw_other_pressure(predict_response(self._result, TIMES)), "predict")
+        return _shown(draw_predicted(prediction, against, names), "predict")
 
 
 def _shown(figure: Figure | None, name: str) -> np.ndarray:

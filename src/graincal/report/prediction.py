@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,43 +10,54 @@ from numpy.typing import NDArray
 
 from graincal.campaign import Experiment
 from graincal.campaign.found.answer import Candidate
+from graincal.campaign.found.prediction import Prediction, draw, predict
 from graincal.campaign.found.record import Record
-from graincal.data import Failure, Response
-from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
+from graincal.data import Failure, InputError, Response
+from graincal.drawing.figure import Array, Axis, Figure, Line, Mark, Panel, Points
 from graincal.drawing.palette import BEST, PREDICTED, REFERENCE
 from graincal.drawing.sight import in_sight
+from graincal.execution import number_of_workers
+from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import TriaxialTest
 from graincal.notation import numbers
 from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, as_samples
+from graincal.report.predicted import predicted_marks
 from graincal.report.responses import NOT_FITTED, control_axis
 
 LONGEST = 120.0
 """Seconds that the same sample's evaluation may have taken for a report to simulate it once more."""
-CONTROL = "control of the prediction"
+DRAWS = 20
+"""Parameter sets of the posterior that are simulated: of fewer, an interval of 90 % has less than one beyond either end."""
+LONGEST_DRAWS = 30.0
+"""Seconds that all of these may be expected to take."""
+CONTROL, THETA = "control of the prediction", "parameters of the prediction"
 _MORE_STEPS = 3
-"""How many times the steps of that evaluation the simulation may take."""
+"""How many times the steps that are expected the longest simulation may take."""
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
-    """A calibrated sample in `test`, the triaxial test of an experiment at another confining pressure.
+class OtherPressure:
+    """A calibrated test of an experiment at another confining pressure: `test`.
 
-    response: what the simulation gave; None where there is none, and `missing` then says why.
+    drawn: what draws from the posterior gave there. response: what the answer gave, where there are no draws. without_band: a sentence that says why there are none. missing: one that says why there is neither.
     """
 
     experiment: Experiment
     test: TriaxialTest
     candidate: Candidate
     calibrated: Response
-    response: Response | None
+    drawn: Prediction | None = None
+    response: Response | None = None
+    without_band: str = ""
     missing: str = ""
 
 
-def predict_response(result: Record, factor: float | None) -> Prediction | None:
-    """Simulate the most probable sample once, at `factor` times the confining pressure, in the triaxial experiment of the highest pressure.
+def predict_response(result: Record, factor: float | None) -> OtherPressure | None:
+    """Simulate the triaxial experiment of the highest pressure at `factor` times its confining pressure: DRAWS parameter sets of the posterior, by the method "posterior", where they are expected to take
+    LONGEST_DRAWS at most; else the answer, or most probable sample, once, unless it took longer than LONGEST.
 
-    None without a factor or a triaxial experiment. It is one simulation, and none where the same sample took longer than LONGEST.
+    None without a factor or a triaxial experiment.
     """
     candidate = answer_of(result)
     tests = [experiment for experiment in result.experiments if isinstance(experiment.model, TriaxialTest)]
@@ -55,15 +66,93 @@ def predict_response(result: Record, factor: float | None) -> Prediction | None:
     experiment = max(tests, key=lambda each: each.model.confining_pressure)
     calibrated = result.response(candidate.sample, experiment.name)
     test = replace(experiment.model, confining_pressure=factor * experiment.model.confining_pressure)
-    seconds, steps = calibrated.details.get("seconds", 0.0), calibrated.details.get("steps", test.step_limit)
+    found = OtherPressure(experiment, test, candidate, calibrated)
+    costs = _costs(result, found)
+    without_band = _without_band(result, found, costs)
+    if without_band:
+        return _once(result, replace(found, without_band=without_band))
+    drawn = _drawn(result, found, _MORE_STEPS * max(1.0, costs.max()))
+    return replace(found, missing=f"It could not be simulated: {drawn}") if isinstance(drawn, str) else replace(found, drawn=drawn)
+
+
+def _costs(result: Record, found: OtherPressure) -> Array:
+    """What simulations of the draws (DRAWS,) are expected to cost, as multiples of what the answer's cost in the calibration; none without a posterior in the strict sense."""
+    if not result.has_posterior or result.posterior is None:
+        return np.empty(0)
+    number, at = result.number(found.experiment.name), found.experiment.reference.control
+    costs = found.test.expected_particle_steps(result.space.seen_by(number, draw(result.posterior, DRAWS)), at)
+    return costs / found.experiment.model.expected_particle_steps(as_samples(result, found.candidate, found.experiment), at)
+
+
+def _without_band(result: Record, found: OtherPressure, costs: Array) -> str:
+    """Why a report does not simulate the draws; empty where it does."""
+    if not len(costs):
+        return 'It is one run and has no band, which needs the method "posterior".'
+    seconds = found.calibrated.details.get("seconds")
+    if seconds is None:
+        return "It is one run and has no band, for it is not known how long runs take. graincal predict makes one of several runs."
+    workers = min(_workers(result), DRAWS)
+    expected = seconds * max(costs.sum() / workers, costs.max())
+    if expected <= LONGEST_DRAWS:
+        return ""
+    return (
+        f"It is one run and has no band: {DRAWS} runs would take about {numbers.duration(expected)} on {numbers.count(workers, 'core')}, and a report waits {LONGEST_DRAWS:g} s at most. "
+        "graincal predict makes them."
+    )
+
+
+def _workers(result: Record) -> int:
+    """No more than there are cores, and than the calibration may use."""
+    return min(number_of_workers("all"), result.calibration.number_of_workers)
+
+
+def _drawn(result: Record, found: OtherPressure, times_steps: float) -> Prediction | str:
+    """What the draws gave, by runs of so many times the answer's steps at most, or as it is kept; or why they gave nothing."""
+    experiment, test = found.experiment, found.test
+    steps = found.calibrated.details.get("steps", test.step_limit)
+    bounded = replace(test, step_limit=int(min(test.step_limit, times_steps * steps)))
+    failed = []
+
+    def table() -> NDArray | None:
+        try:
+            made = predict(result, bounded, experiment.reference.control, samples=DRAWS, workers=_workers(result), experiment=experiment.name)
+        except InputError as error:
+            failed.append(str(error))
+            return None
+        return _as_table({THETA: made.theta, **made.values})
+
+    rows = result.derived(f"prediction by {DRAWS} draws at {test.confining_pressure!r}", table)
+    if rows is None:
+        return failed[0]
+    values = {name: rows[name] for name in rows.dtype.names if name != THETA}
+    reference = experiment.reference
+    return Prediction(reference.control_name, reference.control, rows[THETA], values, error_options=result.calibration.error_options, measured_like=reference)
+
+
+def _as_table(columns: Mapping[str, NDArray]) -> NDArray:
+    """Columns (K, ...) as one structured array (K,), as the store keeps it."""
+    table = np.empty(len(next(iter(columns.values()))), dtype=[(name, "<f8", values.shape[1:]) for name, values in columns.items()])
+    for name, values in columns.items():
+        table[name] = values
+    return table
+
+
+def _once(result: Record, found: OtherPressure) -> OtherPressure:
+    """With one simulation of the answer."""
+    test, candidate = found.test, found.candidate
+    seconds, steps = found.calibrated.details.get("seconds", 0.0), found.calibrated.details.get("steps", test.step_limit)
     if seconds > LONGEST:
-        missing = f"It was not simulated: the same sample took {numbers.duration(seconds)} in the calibration, and a report waits {LONGEST:g} s at most."
-        return Prediction(experiment, test, candidate, calibrated, None, missing)
+        return replace(
+            found,
+            missing=f"It was not simulated: the same sample took {numbers.duration(seconds)} in the calibration, and a report waits {LONGEST:g} s at most.",
+        )
     bounded = replace(test, step_limit=min(test.step_limit, int(_MORE_STEPS * steps)))
-    outcome = _kept(result, f"prediction of {candidate.sample} at {bounded.confining_pressure!r}", lambda: _simulate(result, bounded, candidate, experiment))
+    outcome = _kept(
+        result, f"prediction of {candidate.sample} at {bounded.confining_pressure!r}", lambda: _simulate(result, bounded, candidate, found.experiment)
+    )
     if isinstance(outcome, Response):
-        return Prediction(experiment, test, candidate, calibrated, outcome)
-    return Prediction(experiment, test, candidate, calibrated, None, f"It could not be simulated: {outcome.reason}")
+        return replace(found, response=outcome)
+    return replace(found, missing=f"It could not be simulated: {outcome.reason}")
 
 
 def _simulate(result: Record, test: TriaxialTest, candidate: Candidate, experiment: Experiment) -> Response | Failure:
@@ -83,16 +172,15 @@ def _kept(result: Record, name: str, simulate: Callable[[], Response | Failure])
         if isinstance(outcome, Failure):
             failures.append(outcome)
             return None
-        columns = {CONTROL: outcome.control, **outcome.values}
-        return np.rec.fromarrays(list(columns.values()), names=list(columns)).view(np.ndarray)
+        return _as_table({CONTROL: outcome.control, **outcome.values})
 
     rows = result.derived(name, table)
     return failures[0] if rows is None else Response(rows[CONTROL], {name: rows[name] for name in rows.dtype.names if name != CONTROL})
 
 
-def draw_prediction(prediction: Prediction | None) -> Figure | None:
+def draw_other_pressure(prediction: OtherPressure | None) -> Figure | None:
     """The observables at the other pressure, beside those of the calibration."""
-    if prediction is None or prediction.response is None:
+    if prediction is None or (prediction.response is None and prediction.drawn is None):
         return None
     experiment = prediction.experiment
     predicted, calibrated = (numbers.pressure(pressure) for pressure in (prediction.test.confining_pressure, experiment.model.confining_pressure))
@@ -103,6 +191,7 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
         shown = quantity(name)
         title = f"{shown.title}{NOT_FITTED * (name in experiment.reference.recorded)}"
         marks = (
+            *_predicted(prediction, name, scale, predicted),
             Line(
                 scale * prediction.calibrated.control,
                 prediction.calibrated.values[name] * shown.scale,
@@ -110,15 +199,34 @@ def draw_prediction(prediction: Prediction | None) -> Figure | None:
                 f"calibrated at {calibrated}",
             ),
             Points(x, values * shown.scale, REFERENCE, f"reference at {calibrated}"),
-            Line(scale * prediction.response.control, prediction.response.values[name] * shown.scale, PREDICTED, f"predicted at {predicted}"),
         )
         panels.append(Panel(title, axis, Axis(shown.axis), marks))
     shown, cut = in_sight(panels)
-    caption = (
-        f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {predicted}, everything else as in {experiment.name}. "
-        "No test at this pressure was compared with it, and another run of the same parameters would differ by the scatter of runs."
-        f"{' ' * bool(cut)}{cut}"
-    )
+    caption = f"{_caption(prediction, predicted)} {cut}".strip()
     return Figure(
         "prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, shown, columns=min(3, max(2, len(panels)))
+    )
+
+
+def _predicted(prediction: OtherPressure, name: str, scale: float, pressure: str) -> list[Mark]:
+    if drawn := prediction.drawn:
+        return predicted_marks(drawn, name, scale * drawn.control, f"predicted mean at {pressure}")
+    response = prediction.response
+    assert response is not None
+    return [Line(scale * response.control, response.values[name] * quantity(name).scale, PREDICTED, f"predicted at {pressure}")]
+
+
+def _caption(prediction: OtherPressure, pressure: str) -> str:
+    name = prediction.experiment.name
+    confirmed = "No test at this pressure was compared with it"
+    if drawn := prediction.drawn:
+        failed = DRAWS - len(drawn.theta)
+        lost = f" {numbers.count(failed, 'more run')} failed." if failed else ""
+        return (
+            f"A prediction, not a confirmation: simulations at {pressure}, everything else as in {name}. {confirmed}. "
+            f"{drawn.band_in_words(tuple(prediction.experiment.reference.measured), PROBABILITY)}{lost}"
+        )
+    return (
+        f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {pressure}, everything else as in {name}. "
+        f"{confirmed}, and another run of the same parameters would differ by the scatter of runs. {prediction.without_band}"
     )

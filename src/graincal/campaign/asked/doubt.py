@@ -50,6 +50,7 @@ CODES: dict[Level, dict[str, str]] = {
         "limit-not-used": "a limit on evaluations is not used to the last, for rounds are not cut short",
         "more-workers-than-runs": "there are more workers than runs that may be under way at once",
         "more-workers-than-cores": "there are more workers than cores",
+        "place-not-ready": "where evaluations are to run, something is not installed here",
         "reading": "what was done with the file as it was read",
         "simulated-elsewhere": "a simulated reference is taken for one on another packing",
         "starts-below-zero": "the axial strain begins slightly below 0",

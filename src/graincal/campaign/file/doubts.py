@@ -10,12 +10,14 @@ from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.limits import limit_doubts
+from graincal.campaign.asked.place import PARSL
 from graincal.campaign.asked.tested import OTHER, Tested
 from graincal.campaign.file.strain_doubts import strain_doubts
 from graincal.campaign.file.stress_doubts import stress_doubts
 from graincal.campaign.file.void_ratio_doubts import void_ratio_doubts
-from graincal.data import Reference
+from graincal.data import InputError, Reference
 from graincal.execution import available_cores
+from graincal.execution.providers import Blocks
 from graincal.inference.likelihood.thinning import Thinning
 from graincal.inference.posterior.posterior_filter import GROWTH, PosteriorFilter
 from graincal.laboratory.backbone import first_movement
@@ -51,6 +53,7 @@ def doubts(calibration: Calibration) -> list[Doubt]:
     said += _unread_parameters(calibration)
     said += limit_doubts(calibration, calibration.blank_filter())
     said += _idle_workers(calibration)
+    said += _of_place(calibration)
     if calibration.place is None and calibration.number_of_workers > (cores := available_cores()):
         text = f"{calibration.number_of_workers} workers are more than the {cores} core{'s' * (cores > 1)} that this process may use: evaluations that compute are no faster for it."
         said.append(Doubt("more-workers-than-cores", text))
@@ -81,6 +84,17 @@ def _idle_workers(calibration: Calibration) -> list[Doubt]:
     if workers <= at_once:
         return []
     return [Doubt("more-workers-than-runs", f"{workers} workers are more than the {at_once} {of}: {workers - at_once} of them would have no work; {mend}.")]
+
+
+def _of_place(calibration: Calibration) -> list[Doubt]:
+    """What blocks of machines lack here. A function that gives an executor is not called before it is needed."""
+    if calibration.place is None or calibration.place.executor != PARSL:
+        return []
+    try:
+        Blocks(**calibration.place.blocks).check()
+    except InputError as error:
+        return [Doubt("place-not-ready", str(error))]
+    return []
 
 
 def doubts_of_experiment(experiment: Experiment) -> list[Doubt]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graincal.campaign.found.emulated import DRAWN
 from graincal.data import InputError, Response
+from graincal.errors import not_installed
 from graincal.inference.sampling.proposal import systematic_resampling
 from graincal.inference.sampling.samples import halton
 
@@ -80,7 +81,7 @@ def to_arviz(result: Record, emulated: Emulated | None) -> Any:
     try:
         import arviz as az
     except ImportError:
-        raise InputError("to_arviz needs ArviZ, which is not installed: pip install 'graincal[notebook]'.") from None
+        raise not_installed("to_arviz", "ArviZ", "notebook") from None
     found = groups(result, emulated)
     held = {"coords": found.coords, "dims": found.dims}
     tree = az.from_dict(**found.data, **held) if hasattr(az, "InferenceData") else az.from_dict(found.data, **held)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graincal.campaign.asked.calibration import round_of
-from graincal.data import InputError
+from graincal.errors import not_installed
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -23,7 +23,7 @@ def to_dataframe(result: Record) -> DataFrame:
     try:
         import pandas as pd
     except ImportError:
-        raise InputError("to_dataframe needs pandas, which is not installed: pip install 'graincal[notebook]'.") from None
+        raise not_installed("to_dataframe", "pandas", "notebook") from None
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
     columns = {round_of(result.calibration.method): result.iteration}
     columns |= dict(zip(result.space.names, result.samples.T))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graincal.campaign.found.arviz_groups import Group, Groups, groups
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
+from graincal.errors import not_installed
 
 if TYPE_CHECKING:
     from graincal.campaign.found.emulated import Emulated
@@ -30,7 +31,7 @@ def export_netcdf(result: Record, emulated: Emulated | None, folder: Path, *, re
         import h5netcdf  # noqa: F401
         import xarray
     except ImportError:
-        raise InputError("export --to netcdf needs xarray and h5netcdf, which are not installed: pip install 'graincal[netcdf]'.") from None
+        raise not_installed("export --to netcdf", "xarray and h5netcdf", "netcdf") from None
     path = folder / FILE
     if path.exists() and not replace:
         raise InputError(f"{path}: this file is there already and is not overwritten; name another folder.")

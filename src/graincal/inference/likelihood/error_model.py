@@ -83,7 +83,7 @@ def error_model(
     thinning = Thinning.of(reference, thin=False) if isinstance(reference, Reference) else reference
     whole = thinning.whole
     extent = whole.control[-1] - whole.control[0] if len(whole.control) > 1 else 1.0
-    of_devices, independent, peaks = _device_variances(whole), _independent_variances(whole), _peaks(whole)
+    of_devices, independent, peaks = _device_variances(whole, whole.values), _independent_variances(whole), _peaks(whole)
     sizes, size_prior = discrepancies(reference if isinstance(reference, Reference) else whole, discrepancy)
     lack = thinning.smoothly_alike(DISCREPANCY_LENGTH * extent)
     lack = scipy.linalg.block_diag(*(peak**2 * lack for peak in peaks))
@@ -111,17 +111,17 @@ def error_model(
     return ErrorModel(*(np.array(each) for each in zip(*hypotheses)))
 
 
-def mean_variances(reference: Reference, discrepancy: bool | None = None) -> NDArray[np.float64]:
-    """The variances at each row, (T, J), of the measurement and of what the model cannot reproduce: the mean of all hypotheses."""
+def mean_variances(reference: Reference, discrepancy: bool | None, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The variances (K, T, J) of the measurement of values (K, T, J) at a reference's rows, and of what the model cannot reproduce: the mean of all hypotheses."""
     sizes, prior = discrepancies(reference, discrepancy)
     lack = np.dot(prior, np.square(sizes))
-    return _device_variances(reference) + _independent_variances(reference) + (lack + FLOOR**2) * _peaks(reference) ** 2
+    return _device_variances(reference, values) + _independent_variances(reference) + (lack + FLOOR**2) * _peaks(reference) ** 2
 
 
-def _device_variances(reference: Reference) -> NDArray[np.float64]:
-    """Of the devices, (T, J)."""
+def _device_variances(reference: Reference, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of the devices, where they measure values (..., J)."""
     errors = measurement_errors(reference)
-    return np.array([error.absolute**2 + (error.relative * values) ** 2 for error, values in zip(errors, reference.values.T)]).T
+    return np.array([error.absolute for error in errors]) ** 2 + (np.array([error.relative for error in errors]) * values) ** 2
 
 
 def _independent_variances(reference: Reference) -> NDArray[np.float64]:

@@ -9,17 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError, Reference
-from graincal.inference.likelihood.error_model import ErrorModel, error_model, mean_variances
+from graincal.inference.likelihood.error_model import ErrorModel, error_model
 from graincal.inference.likelihood.errors import observable_errors, sample_errors
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
+from graincal.inference.likelihood.measured_band import central_interval, measured_deviations
 from graincal.inference.likelihood.reduction import columns
 from graincal.inference.likelihood.thinning import Thinning
-
-# Draws of the measurement errors for each predicted response, to find the ends of a band with.
-DRAWS = 50
-
-# Rows of a curve that are looked at together: more would only take memory.
-ROWS_AT_ONCE = 500
 
 
 @dataclass(frozen=True)
@@ -58,15 +53,12 @@ def score(
 
 def _coverage(responses: NDArray[np.float64], reference: Reference, probability: float, discrepancy: bool | None) -> dict[str, float]:
     """The share of rows within the band, by observable."""
-    deviations, rng = np.sqrt(mean_variances(reference, discrepancy)), np.random.default_rng(0)
-    within = np.empty(reference.values.shape, dtype=bool)
-    for first in range(0, len(within), ROWS_AT_ONCE):
-        rows = slice(first, first + ROWS_AT_ONCE)
-        noise = deviations[rows] * rng.standard_normal((DRAWS, 1, *deviations[rows].shape))
-        possible = (responses[None, :, rows] + noise).reshape(-1, *deviations[rows].shape)
-        low, high = np.quantile(possible, [(1 - probability) / 2, (1 + probability) / 2], axis=0)
-        within[rows] = (low <= reference.values[rows]) & (reference.values[rows] <= high)
-    return dict(zip(reference.names, within.mean(axis=0).tolist()))
+    curves = dict(zip(reference.names, np.moveaxis(responses, 2, 0)))
+    within = {}
+    for name, deviations in measured_deviations(reference.control, curves, reference, reference.control_name, discrepancy).items():
+        low, high = central_interval(curves[name], deviations, probability)
+        within[name] = float(np.mean((low <= reference.observables[name]) & (reference.observables[name] <= high)))
+    return within
 
 
 def _log_density(responses: NDArray[np.float64], reference: Reference, errors: ErrorModel) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Failure, InputError, Response
+from graincal.errors import not_installed
 from graincal.interpolation import covers, interpolate, span
 from graincal.laboratory.backbone import repeated, turned_back
 from graincal.laboratory.columns import Conventions
@@ -81,7 +82,7 @@ class Output:
         if len(self.columns) == 1:
             raise InputError(f"output.columns has {control} alone, and a column for each observable was expected beside it.")
         if self.file.endswith(HDF5) and find_spec("h5py") is None:
-            raise InputError(f"output.file is {self.file}, and HDF5 files need the package h5py: pip install 'graincal[hdf5]'.")
+            raise not_installed(f"output.file is {self.file}, and an HDF5 file", "h5py", "hdf5")
 
     def returned(self, control: str) -> tuple[str, ...]:
         """The quantities that a response has."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import InputError
+from graincal.errors import not_installed
 from graincal.laboratory.addressing import column_index
 from graincal.laboratory.cells import find_decimal
 from graincal.laboratory.heading import find_heading, known
@@ -117,7 +118,7 @@ def _of_hdf5(content: Path | bytes, name: str) -> Columns:
     try:
         import h5py
     except ModuleNotFoundError:
-        raise InputError(f"{name}: this is an HDF5 file, which needs the package h5py: pip install 'graincal[hdf5]'.") from None
+        raise not_installed(f"{name}: an HDF5 file", "h5py", "hdf5") from None
     names: list[str] = []
 
     def look(path: str, node: object) -> None:
