@@ -246,6 +246,7 @@ def _timed(calibration: Calibration, at_once: int, took: float) -> tuple[list[st
     lines, seconds, pilots = [], 0.0, 0.0
     for expected in expect(calibration):
         if expected.failure is None:
+            assert expected.pilot is not None and expected.seconds is not None and expected.longest is not None, "they are known where it has not failed"
             lines.append(
                 f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest'
             )
