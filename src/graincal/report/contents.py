@@ -36,7 +36,7 @@ def _figures(result: Record, prediction: OtherPressure | None, emulated: Emulate
             draw_samples(result),
             draw_emulator(emulated),
             draw_emulated_pairs(emulated),
-            draw_stress_paths(result),
+            draw_stress_paths(result, emulated),
             draw_fabric(result),
             draw_run_times(result),
         ]
