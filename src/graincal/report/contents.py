@@ -134,6 +134,7 @@ def _compose_prediction(page: Page, result: Record, prediction: OtherPressure, f
         if figure:
             page.figure(figure)
         page.paragraph([prediction.missing], "note")
+        page.paragraph(["The answer alone, once more:"] if prediction.drawn else ())
         page.command(simulate_command(prediction.test, as_samples(result, prediction.candidate, prediction.experiment), prediction.experiment.reference))
 
 
