@@ -87,7 +87,8 @@ def _costs(result: Record, found: OtherPressure) -> Array:
 def _without_band(result: Record, found: OtherPressure, costs: Array) -> str:
     """Why a report does not simulate the draws; empty where it does."""
     if not len(costs):
-        return 'It is one run and has no band, which needs the method "posterior".'
+        lacks = "a posterior, and there is none yet" if result.has_posterior else 'the method "posterior"'
+        return f"It is one run and has no band, which needs {lacks}."
     seconds = found.calibrated.details.get("seconds")
     if seconds is None:
         return "It is one run and has no band, for it is not known how long runs take. graincal predict makes one of several runs."
