@@ -88,6 +88,7 @@ ENDINGS = [
 ]
 EMULATORS = [
     {"held_out": (0.02,), "of_mean": (0.5,), "coverage": 0.9},
+    {"held_out": (0.3,), "of_mean": (0.5,), "coverage": 0.9, "scatter": (0.28,), "spread": (0.2,)},
     {"held_out": (0.3,), "of_mean": (0.5,), "coverage": 0.9, "dropped": 0.3, "lost": 0.3},
     {"held_out": (0.3,), "of_mean": (0.2,), "coverage": 0.9, "pareto_k": 0.9, "weights": np.full(300, 1 / 300)},
     {"held_out": (0.02,), "of_mean": (0.5,), "coverage": 0.6},

@@ -42,7 +42,7 @@ def test_without_scatter_they_are_those_that_a_gaussian_posterior_holds():
 def test_runs_at_the_answer_say_how_well_others_have_to_fit():
     line = np.linspace(0, 5, 101)
     theta = np.concatenate([np.column_stack([line, 0 * line]), np.zeros((3, 2))])
-    # Log likelihoods of 0, -2 and -4 there, but for a constant: a mean of -2 and a deviation of 2.
+    # Log likelihoods of 0, -2 and -4 there, but for a constant: a median of -2 and a deviation of 2.
     responses = np.concatenate([theta[:-3], np.sqrt(2 * np.array([[0, 0], [2, 0], [4, 0]]))])
     fits = likely(evaluated(theta, responses), at_answer=3)
     assert fits.repeated == 3 and fits.high[0] == pytest.approx(np.sqrt(12), abs=0.05) and fits.high[0] <= np.sqrt(12)
@@ -69,3 +69,12 @@ def test_experiments_add_up():
     twice = likely_runs(replace(once, responses=once.responses * 2), [REFERENCE] * 2, [ERRORS] * 2)
     # Twice the information: distances shrink by the root of two.
     assert twice.high[0] == pytest.approx(np.sqrt(2), abs=0.05)
+
+
+def test_one_run_at_the_answer_that_is_far_off_does_not_make_every_run_fit():
+    line = np.linspace(0, 5, 101)
+    theta = np.concatenate([np.column_stack([line, 0 * line]), np.zeros((3, 2))])
+    # Log likelihoods of -0.9, -1 and -200 there, but for a constant: a median of -1, and for two parameters a deviation of at least 1.
+    responses = np.concatenate([theta[:-3], np.sqrt(2 * np.array([[0.9, 0], [1, 0], [200, 0]]))])
+    fits = likely(evaluated(theta, responses), at_answer=3)
+    assert fits.repeated == 3 and fits.high[0] == pytest.approx(np.sqrt(6), abs=0.05) and fits.high[0] <= np.sqrt(6)

@@ -58,7 +58,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
     if status["iterations"]:
         last = status["iterations"][-1]
         of_paper = {"s": "s", "ESS": "effective_sample_size", "ε_GL": "gl_error", "ε": "error"}
-        of_posterior = {"posterior shift": "posterior_shift", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
+        of_posterior = {"doubt": "doubt", "held-out error": "held_out_error", "log evidence": "log_evidence", "best ε": "best_error"}
         figures = [(name, last[key]) for name, key in (of_posterior if "posterior_shift" in last else of_paper).items()]
         lines.append(f"after {round_} {last['index']}: " + ", ".join(f"{name} {_figure(name, value)}" for name, value in figures))
         errors = [float("nan") if each["error"] is None else each["error"] for each in status["iterations"]]

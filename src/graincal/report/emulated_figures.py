@@ -118,26 +118,25 @@ def draw_emulated_pairs(emulated: Emulated) -> Figure:
 
 
 def draw_emulator(emulated: Emulated) -> Figure | None:
-    """How far each batch moved the posterior, and how the emulator predicts what it has not seen; None for a single batch."""
+    """How far what the emulator does not know may move the posterior after each batch, and how the emulator predicts what it has not seen; None for a single batch."""
     result = emulated.result
     if len(result.iterations) < 2:
         return None
     index = np.array([iteration.index for iteration in result.iterations], dtype=np.float64)
-    shift, held_out, coverage, evidence, spread = (
-        np.array([getattr(learnt, name) for learnt in result.learnt])
-        for name in ("posterior_shift", "held_out_error", "coverage", "log_evidence", "log_evidence_std")
+    doubt, held_out, coverage, evidence, spread = (
+        np.array([getattr(learnt, name) for learnt in result.learnt]) for name in ("doubt", "held_out_error", "coverage", "log_evidence", "log_evidence_std")
     )
     enough = result.stop.posterior_shift
     level = [Level(enough, THRESHOLD, "enough, or as it should be")] if enough else []
     axis = counting_axis("batch", 0.0, index[-1])
     panels = (
-        Panel("Shift of the posterior", axis, log_axis("standard deviations", np.append(shift, enough or np.nan)), (*level, *_course(index, shift))),
+        Panel("Doubt", axis, log_axis("standard deviations", np.append(doubt, enough or np.nan)), (*level, *_course(index, doubt))),
         Panel("Held-out error", axis, log_axis("part of the spread [%]", 100 * held_out), _course(index, 100 * held_out)),
         Panel("Coverage", axis, Axis("within the intervals [%]", (0, 104)), (Level(100 * PROBABILITY, THRESHOLD), *_course(index, 100 * coverage))),
         Panel("Log evidence", axis, Axis("log p(reference)"), (Band(index, evidence - spread, evidence + spread, BAND), *_course(index, evidence))),
     )
     caption = (
-        "Shift: how far a batch moved a mean, in standard deviations, or the logarithm of a standard deviation, whichever is most. Held-out error: each run as predicted "
+        "Doubt: how far what the emulator does not know may move a mean or a spread, in standard deviations, whichever is most. Held-out error: each run as predicted "
         "from all others by an emulator of the same lengths, those near the posterior above all, over the spread of the responses; where their mean predicts no worse, the emulator is "
         f"dropped for the next batch. Coverage: how many of the runs nearest to the reference lie in the emulator's {_MOST} intervals. The last batch are the runs at the answer, once they are done."
     )

@@ -89,6 +89,7 @@ def of_batches(result: Record) -> Table:
         "runs",
         "failed",
         *(["stopped early"] if some else []),
+        "doubt [sd]",
         "shift [sd]",
         "held-out error [%]",
         "coverage [%]",
@@ -98,7 +99,12 @@ def of_batches(result: Record) -> Table:
     )
     rows = []
     for iteration, learnt, best in zip(result.iterations, result.learnt, result.best_errors):
-        figures = [numbers.value(learnt.posterior_shift, 2), numbers.value(100 * learnt.held_out_error, 2), numbers.value(100 * learnt.coverage, 3)]
+        figures = [
+            numbers.value(learnt.doubt, 2),
+            numbers.value(learnt.posterior_shift, 2),
+            numbers.value(100 * learnt.held_out_error, 2),
+            numbers.value(100 * learnt.coverage, 3),
+        ]
         figures += [f"{learnt.log_evidence:.2f}" if np.isfinite(learnt.log_evidence) else "–", numbers.value(learnt.effective_runs, 2), numbers.value(best, 3)]
         counts = [len(iteration.samples), iteration.failed.sum(), *([iteration.stopped.sum()] if some else [])]
         rows.append((str(iteration.index), *map(str, counts), *figures))

@@ -64,6 +64,7 @@ CODES: dict[str, dict[str, str]] = {
     "condition": {
         "code-changed": "the code of a model was changed between two sittings",
         "accepted-problems": "it was begun in spite of problems that were found before, which were accepted",
+        "runs-scatter": "runs at the same parameters differ, and the posterior is of their mean",
         "one-packing": "what is found is of this packing",
         "two-packings": "what is found is of these two packings",
         "error-assumed": "a measurement error was not stated, and one was taken",

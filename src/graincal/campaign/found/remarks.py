@@ -158,10 +158,11 @@ def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
     has_error = np.isfinite(answer.errors)
     figures = {"errors": answer.errors, "mean": answer.mean, "spread": answer.spread}
     if has_error.any():
-        text = f"Run {numbers.count(len(answer.errors), 'time')} again, it is {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε; mean ± sd of the runs)."
+        runs = numbers.count(len(answer.errors), "run")
+        text = f"{runs} at the answer, a millionth of the ranges apart, {'are' if len(answer.errors) > 1 else 'is'} {numbers.repeated(answer.mean, answer.spread)} % from the reference (ε; mean ± sd of the runs)."
         said.append(remark("answer-runs", text, **figures))
         if _alike(answer):
-            said.append(remark("answer-runs-alike", "The runs, a millionth of the ranges apart, give the same curve: the model does not scatter.", **figures))
+            said.append(remark("answer-runs-alike", "They give the same curve: the model does not scatter.", **figures))
     if len(answer.errors) and not has_error.all():
         said.append(remark("answer-runs-failed", f"{(~has_error).sum()} of its runs failed.", failed=(~has_error).sum(), runs=len(answer.errors)))
     if not len(answer.errors):
@@ -178,7 +179,7 @@ def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
             )
             said.append(remark("another-is-closer", text, **figures))
         else:
-            text = f"The luckiest of {numbers.count(evaluations, 'run')} (sample {best.sample}) is {best.error:.3g} % from it; that its error is the least is partly chance."
+            text = f"The luckiest of {numbers.count(evaluations, 'run')} (sample {best.sample}) is {best.error:.3g} % from the reference; that its error is the least is partly chance."
             said.append(remark("best-by-chance", text, **figures))
     if known:
         said.append(remark("errors-lead-to", f"{causes(result)} alone lead to {known.expected_error:.2g} %.", expected_error=known.expected_error))

@@ -70,7 +70,7 @@ def doubts(result: Record, known: ByEmulators | None) -> list[Remark]:
 
 def conditions(result: Record) -> list[Remark]:
     """What the posterior takes for granted."""
-    said, packings = [], _packings(result)
+    said, packings = _scatter(result), _packings(result)
     for number, code, (these, one) in ((1, "one-packing", ("this packing", "one packing")), (2, "two-packings", ("these two packings", "two"))):
         names = [each.name for each, count, _ in packings if isinstance(each.model, StressPathTest) and not count and len(each.model.packings) == number]
         if names:
@@ -83,6 +83,20 @@ def conditions(result: Record) -> list[Remark]:
         text = f"No measurement error is stated of {labels}, and 1 % of the peak was taken: the larger it is, the wider the intervals are."
         said.append(remark("error-assumed", text, observables=list(unstated), part_of_peak=0.01))
     return said
+
+
+def _scatter(result: Record) -> list[Remark]:
+    """That runs at one place differ, where that is most of what the emulator misses held-out runs by: more runs do not change it."""
+    found, worst = result.found, int(np.argmax(result.found.held_out))
+    if not found.scatters or found.held_out[worst] <= ROUGH:
+        return []
+    scatter, held_out = found.scatter[worst], found.held_out[worst]
+    text = (
+        f"Runs at the same parameters differ by {100 * scatter * found.spread[worst]:.2g} % of the peak (sd, in the mean over the states): the simulator scatters, as few grains do, and "
+        f"that is most of the {100 * held_out:.2g} % of the spread of the responses by which the emulator misses held-out runs. The posterior is that of the mean of such runs, "
+        "which takes more runs to be known. More grains scatter less."
+    )
+    return [remark("runs-scatter", text, scatter_of_peak=scatter * found.spread[worst], scatter=scatter, held_out_error=held_out)]
 
 
 def accepted_problems(accepted: Sequence[Doubt]) -> tuple[Remark, ...]:
@@ -145,7 +159,7 @@ def _of_emulator(result: Record, known: ByEmulators | None) -> list[Remark]:
     if not found.predicts:
         text = "The emulator predicts held-out runs no better than their mean does: what is said here of the parameters cannot be relied on."
         said.append(remark("emulator-predicts-nothing", text, held_out_ratio=found.held_out_ratio))
-    elif worst > ROUGH:
+    elif worst > ROUGH and not found.scatters:
         # Fresh runs have shown that a settled posterior is not in the wrong place, and one that is surer than it should be does not widen the intervals enough.
         then = "Intervals may be in the wrong place for it." if too_sure else "Intervals are wider for it, and may be in the wrong place."
         then = "Fresh runs confirmed the posterior nevertheless." if settled else then
@@ -197,7 +211,7 @@ def _of_errors(result: Record, known: ByEmulators) -> list[Remark]:
     away = f"The answer is {numbers.value(mean, 3)} % from the reference"
     if mean > FAR * expected:
         text = (
-            f"{away}, and {cause} alone lead to {expected:.2g} %: the model cannot reproduce the test that well, "
+            f"{away}, and {cause} alone lead to {expected:.2g} %: {'its runs scatter, or ' if result.found.scatters else ''}the model cannot reproduce the test that well, "
             "or the errors are too small as they are stated or taken, or the answer lies where the emulator is wrong. "
             + (
                 "The intervals allow for a discrepancy of the model."

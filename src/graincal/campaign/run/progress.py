@@ -119,7 +119,7 @@ class Progress(Listener):
         learnt = self._learnt[iteration.index]
         figures = [iteration.s, iteration.effective_sample_size, iteration.gl_error, iteration.error, best]
         if learnt:
-            figures = [learnt.posterior_shift, 100 * learnt.held_out_error, best]
+            figures = [learnt.doubt, 100 * learnt.held_out_error, best]
         formats = (".2f", ".2g", ".2f") if learnt else (".3g", ".2f", ".2f", ".2f", ".2f")
         shown = [format(value, spec) if np.isfinite(value) else "-" for value, spec in zip(figures, formats)]
         return [str(iteration.index), f"{len(iteration.samples)}", f"{iteration.failed.sum()}", *shown]
@@ -139,4 +139,4 @@ class Progress(Listener):
 
 
 _COLUMNS = ("iteration", "evaluated", "failed", "s", "ESS", "ε_GL %", "ε %", "best ε so far %")
-_COLUMNS_OF_POSTERIOR = ("batch", "evaluated", "failed", "posterior shift", "held-out error of the emulator %", "best ε so far %")
+_COLUMNS_OF_POSTERIOR = ("batch", "evaluated", "failed", "doubt sd", "held-out error of the emulator %", "best ε so far %")

@@ -102,7 +102,12 @@ def describe_iteration(iteration: Iteration, learnt: Learnt | None) -> str:
     if iteration.unweighted:
         return f"{failed}, no weights: {iteration.unweighted}"
     if learnt:
-        figures = {"posterior shift": learnt.posterior_shift, "held-out error": learnt.held_out_error, "log evidence": learnt.log_evidence}
+        figures = {
+            "doubt": learnt.doubt,
+            "posterior shift": learnt.posterior_shift,
+            "held-out error": learnt.held_out_error,
+            "log evidence": learnt.log_evidence,
+        }
         listed = ", ".join(f"{name} {value:.3g}" for name, value in figures.items() if math.isfinite(value))
         return f"{failed}, {listed}, smallest error {iteration.smallest_error:.2f} %"
     return (

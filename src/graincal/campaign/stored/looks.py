@@ -20,7 +20,9 @@ from graincal.inference.sampling.proposal import TruncatedMixture
 _EXPLORED = ("theta", "log_weights", "log_likelihood", "log_evidence", "log_evidence_std", "tempered")
 _MIXTURE = ("weights", "means", "covariances")
 _DOUBT = ("means", "spreads", "log_evidence")
-_FIGURES = ("answer", "held_out", "of_mean", "coverage", "weights", "pareto_k", "log_evidence_of_runs", "dropped", "lost")
+_FIGURES = ("answer", "coverage", "weights", "pareto_k", "log_evidence_of_runs", "dropped", "lost")
+_SEVERAL = ("held_out", "of_mean", "scatter", "spread")
+"""Those with a number for each experiment."""
 
 Arrays = Mapping[str, NDArray]
 
@@ -28,7 +30,7 @@ Arrays = Mapping[str, NDArray]
 def pack_look(found: Found) -> bytes:
     """What was found, as bytes."""
     proposal = found.explored.proposal
-    arrays = _named(found, _FIGURES, "") | _named(found.explored, _EXPLORED, "explored.") | _named(found.doubt, _DOUBT, "doubt.")
+    arrays = _named(found, (*_FIGURES, *_SEVERAL), "") | _named(found.explored, _EXPLORED, "explored.") | _named(found.doubt, _DOUBT, "doubt.")
     arrays["proposal.prior_share"] = np.asarray(proposal.prior_share)
     if proposal.mixture is not None:
         arrays |= _named(proposal.mixture, _MIXTURE, "proposal.")
@@ -46,7 +48,8 @@ def unpack_look(blob: bytes, space: ParameterSpace) -> Found:
     mixture = TruncatedMixture(space, **_read(arrays, _MIXTURE, "proposal.")) if "proposal.weights" in arrays else None
     proposal = DefensiveMixture(space, mixture, float(arrays["proposal.prior_share"]))
     figures = _read(arrays, _FIGURES, "")
-    figures |= {name: tuple(map(float, figures[name])) for name in ("held_out", "of_mean")}
+    # Versions before looked at fewer of them.
+    figures |= {name: tuple(map(float, arrays.get(name, ()))) for name in _SEVERAL}
     return Found(
         explored=Explored(proposal=proposal, **_read(arrays, _EXPLORED, "explored.")),
         doubt=Doubt(**_read(arrays, _DOUBT, "doubt.")),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from graincal.data import Reference
@@ -15,6 +16,9 @@ from graincal.inference.likelihood.likelihood import log_likelihood, marginal
 
 WITHIN = 2.0
 """Standard deviations of the log likelihood below what the answer has, within which a run fits about as well."""
+
+UNBIASED = (np.nan, np.nan, 1.196, 1.495, 1.363, 1.206, 1.200, 1.140, 1.129, 1.107)
+"""By the number of values up to nine, what makes a standard deviation by the median absolute deviation that of a Gaussian's on the mean (Croux and Rousseeuw 1992)."""
 
 HARDLY = 0.1
 """Of the standard deviation that a posterior has by itself: runs at one place whose log likelihoods differ by less do not tell how well others have to fit."""
@@ -44,9 +48,9 @@ def likely_runs(evaluations: Evaluations, references: Sequence[Reference], error
     """Of evaluations that have whole responses, under the errors that the posterior counts (an `ErrorModel` for each reference); None where none has. at_answer: how many of
     the last were made at the answer. Those with a response are always among them.
 
-    A run fits about as well if its log likelihood is at most two standard deviations below the mean of those of the runs at the answer. Where these do not tell, it is at most two
-    times √(n / 2) below the largest: that is the standard deviation of the log likelihood over a Gaussian posterior of n parameters, for twice its distance from the largest has the
-    chi-squared distribution of n degrees of freedom.
+    A run fits about as well if its log likelihood is at most two standard deviations below the median of those of the runs at the answer. Their deviation is the smaller of the standard deviation and that by the
+    median absolute deviation, so that one run that is far off does not make every run fit; and at least √(n / 2), the standard deviation of the log likelihood over a Gaussian posterior of n parameters, for twice its distance from the largest has
+    the chi-squared distribution of n degrees of freedom. Where the runs at the answer do not tell, it is at most two times √(n / 2) below the largest.
     """
     usable = evaluations.usable
     if not usable.any():
@@ -54,11 +58,19 @@ def likely_runs(evaluations: Evaluations, references: Sequence[Reference], error
     logs = log_likelihoods(evaluations, references, errors)
     there = usable & (np.arange(len(evaluations)) >= len(evaluations) - at_answer)
     own = np.sqrt(evaluations.space.size / 2)
-    tells = there.sum() > 1 and np.std(logs[there], ddof=1) > HARDLY * own
-    middle, deviation = (logs[there].mean(), np.std(logs[there], ddof=1)) if tells else (logs.max(), own)
+    deviation = _deviation(logs[there]) if there.sum() > 1 else 0.0
+    tells = deviation > HARDLY * own
+    middle, deviation = (np.median(logs[there]), max(deviation, own)) if tells else (logs.max(), own)
     least = middle - WITHIN * deviation
     theta = evaluations.theta[(logs >= least) | there]
     return LikelyRuns(len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0)
+
+
+def _deviation(values: NDArray[np.float64]) -> float:
+    """Of values (K,), two or more: the smaller of their standard deviation and of that by the median absolute deviation, which one that is far off hardly moves."""
+    count = len(values)
+    factor = UNBIASED[count] if count < len(UNBIASED) else count / (count - 0.8)
+    return min(float(np.std(values, ddof=1)), float(factor * scipy.stats.median_abs_deviation(values, scale="normal")))
 
 
 def log_likelihoods(evaluations: Evaluations, references: Sequence[Reference], errors: Sequence[ErrorModel]) -> NDArray[np.float64]:
