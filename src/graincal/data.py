@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,14 +53,13 @@ class MeasurementError:
 
 def _checked_errors(given: Mapping[str, MeasurementError | float], names: Sequence[str]) -> dict[str, MeasurementError]:
     """Measurement errors by observable. Raises InputError for one of no observable, and for a number that is not positive."""
-    errors = dict(given)
-    if unknown := set(errors) - set(names):
+    if unknown := set(given) - set(names):
         raise InputError(f"reference: measurement errors are given for {', '.join(sorted(unknown))}, the observables are {', '.join(names)}.")
-    for name, error in errors.items():
-        if not isinstance(error, MeasurementError):
-            if not (np.isfinite(error) and error > 0):
-                raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
-            errors[name] = MeasurementError(absolute=float(error))
+    errors = {}
+    for name, error in given.items():
+        if not isinstance(error, MeasurementError) and not (np.isfinite(error) and error > 0):
+            raise InputError(f"reference: the measurement error of {name} must be a positive number, not {error}.")
+        errors[name] = error if isinstance(error, MeasurementError) else MeasurementError(absolute=float(error))
     return errors
 
 
@@ -293,9 +292,9 @@ class Failure:
         return f"Failure({self.kind}: {self.reason})"
 
 
-def _numbers_by_name(details: object) -> dict[str, float]:
+def _numbers_by_name(details: Mapping[str, float]) -> dict[str, float]:
     """Those of somebody's details that are numbers, by their names."""
-    found = {}
+    found: dict[str, float | None] = {}
     # A mapping of a class of somebody's may do anything.
     try:
         for name, value in list(details.items()):
@@ -306,7 +305,7 @@ def _numbers_by_name(details: object) -> dict[str, float]:
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _as_float(value: object) -> float | None:
+def _as_float(value: SupportsFloat) -> float | None:
     try:
         return float.__float__(float(value))
     # A whole number beyond all floats, or a class of somebody's.

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,12 @@ from graincal.errors import InputError
 from graincal.notation.printable import printable
 from graincal.suggestion import did_you_mean
 
-LINEAR, LOG = SCALES = ("linear", "log")
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
+
+LINEAR: Final = "linear"
+LOG: Final = "log"
+SCALES = (LINEAR, LOG)
 """In what the prior of a parameter is uniform: in its value, or in the logarithm of that."""
 
 
@@ -62,8 +67,8 @@ class ParameterSpace:
         constraints: Sequence[str] = (),
     ) -> None:
         units, scale = dict(units or {}), dict(scale or {})
-        fixed = {name: _number(name, limits) for name, limits in ranges.items() if isinstance(limits, Real) and not isinstance(limits, bool)}
-        boxed = {name: limits for name, limits in ranges.items() if name not in fixed}
+        fixed = {name: _number(name, limits) for name, limits in ranges.items() if _is_number(limits)}
+        boxed = {name: limits for name, limits in ranges.items() if not _is_number(limits)}
         if not boxed:
             raise InputError("parameters: at least one parameter with its range is needed.")
         for name, limits in boxed.items():
@@ -294,7 +299,11 @@ class ParameterSpace:
         low, high = self.low[columns], self.high[columns]
         for array in (low, high):
             array.setflags(write=False)
-        kept = {"units": tuple(self.units[k] for k in columns), "scales": tuple(self.scales[k] for k in columns), "experiments": (None,) * len(columns)}
+        kept: dict[str, Any] = {
+            "units": tuple(self.units[k] for k in columns),
+            "scales": tuple(self.scales[k] for k in columns),
+            "experiments": (None,) * len(columns),
+        }
         kept |= {"fixed": self.fixed, "units_of_fixed": self.units_of_fixed, "order": self.order}
         space._set(**{"names": tuple(names), "low": low, "high": high, "per_experiment": (), "parameters": tuple(names), **kept, **others})
         return space
@@ -304,7 +313,11 @@ class ParameterSpace:
             object.__setattr__(self, name, value)
 
 
-def _number(name: str, value: Real) -> float:
+def _is_number(limits: tuple[float, float] | float) -> TypeIs[float]:
+    return isinstance(limits, Real) and not isinstance(limits, bool)
+
+
+def _number(name: str, value: SupportsFloat) -> float:
     """The value of a fixed parameter. Raises InputError for one that is not finite."""
     try:
         number = float(value)
@@ -357,6 +370,6 @@ class Samples:
     def __repr__(self) -> str:
         return f"Samples({len(self)} of {', '.join(self.names)})"
 
-    def take(self, rows: ArrayLike) -> Samples:
-        """The given rows (indices or mask), in that order."""
+    def take(self, rows: Sequence[int] | NDArray[np.integer] | NDArray[np.bool_] | slice) -> Samples:
+        """The given rows (indices, a mask or a slice), in that order."""
         return Samples(self.ids[rows], self.theta[rows], self.names)

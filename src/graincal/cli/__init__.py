@@ -95,7 +95,7 @@ def main(arguments: list[str] | None = None) -> None:
             signal.signal(number, handler)
 
 
-def _hear(heard: list[int]) -> dict[int, Any]:
+def _hear(heard: list[int]) -> dict[signal.Signals, Any]:
     """Have the first signal to end, which is noted, end what is under way in good order; the same signal once more kills. Returns the handlers that were there."""
 
     def interrupt_once(number: int, frame: FrameType | None) -> None:
@@ -103,7 +103,7 @@ def _hear(heard: list[int]) -> dict[int, Any]:
         heard.append(number)
         raise KeyboardInterrupt("" if number == signal.SIGINT else f"ended by {signal.Signals(number).name}")
 
-    before = {}
+    before: dict[signal.Signals, Any] = {}
     for number in ENDING:
         # What is begun by nohup is to hear no SIGHUP.
         if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from graincal.cli.options import Folder, Quiet, Workers, parse_workers
+from graincal.cli.options import Folder, Quiet, SomeWorkers, parse_workers
 from graincal.cli.saying import say
 from graincal.data import InputError
 from graincal.notation.printable import printable_json
@@ -29,7 +29,7 @@ def advise(
         Path | None, typer.Option(help="A calibration file whose experiments are tests to look at, too; their references may be missing.", metavar="FILE")
     ] = None,
     samples: Annotated[int, typer.Option(help="Draws from the posterior, at which each test is run; 60 or more.")] = 100,
-    workers: Workers = "all",
+    workers: SomeWorkers = "all",
     seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The table as CSV; nothing is overwritten.", metavar="FILE")] = None,
@@ -139,8 +139,8 @@ def _write(advice: Advice, path: Path) -> None:
                 each.name,
                 f"{each.information:.6g}",
                 f"{each.information_error:.3g}",
-                each.runs,
-                len(each.failures),
+                str(each.runs),
+                str(len(each.failures)),
                 *(f"{value:.6g}" for figure in figures for value in figure),
             ]
         )

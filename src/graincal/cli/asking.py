@@ -10,6 +10,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -50,7 +51,7 @@ class Asking:
         found = self._past_refusal()
         while question := next((each for each in found.questions if each.key not in self.left and self._can_give(_option(each))), None):
             say(describe_question(question))
-            answered = self._ask(f'{question.key} (empty: it stays "?")', lambda text, asked=question: [_as_argument(asked, text)])
+            answered = self._ask(f'{question.key} (empty: it stays "?")', partial(_as_arguments, question))
             if answered is None:
                 self.left.add(question.key)
             found = answered or found
@@ -133,6 +134,10 @@ def _option(question: Question) -> str:
     """The option that answers a question: the one that is called as its key, where there is one."""
     options = _options(question.option)
     return question.key if question.key in options else next(iter(options), "")
+
+
+def _as_arguments(question: Question, text: str) -> list[str]:
+    return [_as_argument(question, text)]
 
 
 def _as_argument(question: Question, text: str) -> str:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 WIDTH, HEIGHT = 60, 12
 _MARKS = "·o"
 
 
-def chart(control: Sequence[float], curves: Mapping[str, Sequence[float]], *, title: str) -> str:
+def chart(control: NDArray[np.float64], curves: Mapping[str, NDArray[np.float64]], *, title: str) -> str:
     """Up to two curves on the same control, the later one drawn over the earlier, with a legend above and the range of both axes."""
     values = [np.asarray(curve, dtype=np.float64) for curve in curves.values()]
     low, high = min(curve.min() for curve in values), max(curve.max() for curve in values)

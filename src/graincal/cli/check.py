@@ -189,7 +189,7 @@ def _describe_model(experiment: Experiment) -> list[str]:
 
     model, lines = experiment.model, [f'experiment "{experiment.name}"']
     if isinstance(model, StressPathTest):
-        packing = model.packing
+        packing = model.first_packing
         at = f" at {model.confining_pressure:g} Pa" if model.confining_pressure is not None else ""
         every = f", every {model.strain_between_rests:.4g} of axial strain" if model.strain_between_rests else ""
         several = f", the first of {len(model.packings)} packings" if len(model.packings) > 1 else ""
@@ -246,6 +246,7 @@ def _timed(calibration: Calibration, at_once: int, took: float) -> tuple[list[st
     lines, seconds, pilots = [], 0.0, 0.0
     for expected in expect(calibration):
         if expected.failure is None:
+            assert expected.pilot is not None and expected.seconds is not None and expected.longest is not None, "they are known where it has not failed"
             lines.append(
                 f'"{expected.experiment}": about {duration(expected.pilot)} for an evaluation in the middle of the ranges, {duration(expected.longest)} for the longest'
             )

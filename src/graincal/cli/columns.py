@@ -56,7 +56,7 @@ def said_of_file(
     option = next((name for name, value in given.items() if value), None)
     if option and file is None:
         raise InputError(f"--{option} says how the file of {beside} is read, and that is missing.")
-    if option and file.suffix == ".toml":
+    if option and file and file.suffix == ".toml":
         raise InputError(f"{file}: a calibration file says itself how its laboratory files are read, so --{option} cannot stand beside it.")
     named = named_columns(column)
     said = {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
-from graincal.cli.options import Workers, parse_workers
+from graincal.cli.options import SomeWorkers, parse_workers
 from graincal.cli.saying import say
 from graincal.data import InputError
 
@@ -39,7 +39,7 @@ def compare(
         ),
     ] = None,
     samples: Annotated[int, typer.Option(min=2, help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
-    workers: Workers = "all",
+    workers: SomeWorkers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
 ) -> None:
     """Rank models by how they predict a test that was held out, or else by the evidence of the references."""
@@ -98,11 +98,12 @@ def _table(ranked: list[Contender]) -> list[str]:
         rows.append((each.name, f"{each.log_evidence:.2f} ± {each.log_evidence_std:.2f}", below))
     widths = [max(map(len, column)) for column in zip(*rows)]
     lines = ["  ".join(f"{cell:{'>' if k else '<'}{width}}" for k, (cell, width) in enumerate(zip(row, widths))) for row in rows]
-    if ranked[0].score:
+    scored = [(k, each.score) for k, each in enumerate(ranked, start=1) if each.score]
+    if scored:
         lines[0] += "  log score a value  error %  states in the 90 % band"
-        for k, each in enumerate(ranked, start=1):
-            covered = ", ".join(f"{share:.0%} of {name}" for name, share in each.score.coverage.items())
-            lines[k] += f"  {each.score.log_score:>17.3f}  {each.score.error:>7.2f}  {covered}"
+        for k, score in scored:
+            covered = ", ".join(f"{share:.0%} of {name}" for name, share in score.coverage.items())
+            lines[k] += f"  {score.log_score:>17.3f}  {score.error:>7.2f}  {covered}"
     return lines
 
 

@@ -53,10 +53,19 @@ class Compared:
     @classmethod
     def of(cls, test: StressPathTest, experiment: Experiment) -> Compared:
         """A test that is predicted from an experiment: of the same kind it is compared by the experiment's observables."""
-        alike = test.kind == experiment.model.kind
+        alike = isinstance(experiment.model, StressPathTest) and test.kind == experiment.model.kind
         observables = experiment.reference.names if alike else COMPARED_OF_KIND.get(test.kind, COMPARED)
         recorded = tuple(experiment.reference.recorded) if alike else ()
-        return cls(test.kind, test.title, test.control, test.returned, test.confining_pressure, observables, tuple(getattr(test, "turns", ())), recorded)
+        return cls(
+            test.kind,
+            test.title,
+            test.control,
+            test.returned,
+            test.confining_pressure,
+            observables,
+            tuple(test.turns) if isinstance(test, CompressionTest) else (),
+            recorded,
+        )
 
     @property
     def with_article(self) -> str:
@@ -124,7 +133,9 @@ def _of_laboratory(path: Path, test: Compared, measured_like: Experiment | None,
     observables = tuple(dict.fromkeys((*test.observables, *(name for name in own if name not in test.recorded))))
     _refuse_other_pressure(path, test, asked)
     reference = Reference.of(read_another(path, test.control, observables, asked=asked, before=before, recorded=test.recorded, **test.reading))
-    other = measured_like.reference if measured_like else reference
+    if measured_like is None:
+        return reference
+    other = measured_like.reference
     errors = {name: error for name, error in other.measurement_errors.items() if name in reference.names}
     step = other.control_step if other.control_name == reference.control_name else 0.0
     if not (errors or step):
@@ -156,7 +167,8 @@ def _in_calibration(path: Path, test: Compared) -> tuple[ExperimentEntry, Refere
     # A model of one's own may stand for any test; of the built-in ones, a test is compared with those of its kind.
     found = [(entry, reference) for entry, reference in found if entry.model.kind == test.kind or entry.model.kind not in TESTS]
     pressures = [getattr(entry.model, "confining_pressure", None) for entry, _ in found]
-    fitting = [pair for pressure, pair in zip(pressures, found) if None in (pressure, test.confining_pressure) or np.isclose(pressure, test.confining_pressure)]
+    wanted = test.confining_pressure
+    fitting = [pair for pressure, pair in zip(pressures, found) if pressure is None or wanted is None or np.isclose(pressure, wanted)]
     if len(fitting) == 1:
         return fitting[0]
     there = ", ".join(f'"{entry.name}"' + (f" at {pressure:g} Pa" if pressure else "") for pressure, (entry, _) in zip(pressures, found))

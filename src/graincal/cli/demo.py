@@ -8,14 +8,14 @@ from typing import Annotated
 
 import typer
 
-from graincal.cli.options import Quiet, Workers
+from graincal.cli.options import Quiet, SomeWorkers
 
 _FOLDER = "graincal-demo"
 
 
 def demo(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The campaign's folder; graincal-demo, or the next free name.", metavar="DIR")] = None,
-    workers: Workers = "all",
+    workers: SomeWorkers = "all",
     quiet: Quiet = False,
 ) -> None:
     """A whole calibration on an embedded default, with its report: about two minutes on two cores.
@@ -46,6 +46,7 @@ def demo(
         console.print(chart(100 * reference.control, curves, title=title))
     console.print(f"{'axial strain [%]':>40}\n")
     result = run(folder, lambda listeners: begin(calibration, folder, listeners), quiet=quiet)
+    assert result is not None, "no run of a demo waits for somebody"
     console.print("The truth is what the reference was simulated with: a curve is fitted by more than one set of parameters.")
     console.print(f"Report: {result.report(folder / REPORT)}")
 

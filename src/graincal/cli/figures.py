@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
-from graincal.campaign import Experiment
 from graincal.campaign.found.prediction import Prediction
 from graincal.data import InputError, Reference, Response
 from graincal.drawing import with_matplotlib
@@ -28,7 +28,19 @@ SMALLEST_SPAN = 1e-4
 """An axis spans at least so much of a fraction, or so large a part of the largest stress: as closely as a test meets its targets, and its figure is read."""
 
 
-def draw_references(experiments: Sequence[Experiment], path: Path, responses: Mapping[int, Response] | None = None) -> None:
+class Drawn(Protocol):
+    """What a reference is drawn of: an experiment, or one whose model cannot be made yet."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def reference(self) -> Reference: ...
+
+    def abscissa(self, at: NDArray[np.float64]) -> Abscissa: ...
+
+
+def draw_references(experiments: Sequence[Drawn], path: Path, responses: Mapping[int, Response] | None = None) -> None:
     """The references, a row for each experiment and a panel for each observable and what was recorded beside them. responses: to be drawn beside the reference of the experiment of that number, on its rows."""
     columns = max(len(experiment.reference.measured) for experiment in experiments)
     figure = Figure(figsize=(4 * columns, 3 * len(experiments)), layout="constrained")
@@ -77,7 +89,8 @@ def response_figure(response: Response, control: str, shown: Sequence[Panel], re
         elif over.endswith("stress"):
             # A stress path is seen from the origin.
             axes.set_xlim(left=0)
-        _widen(axes, _to_print(name, SMALLEST_SPAN * max(1.0, np.max(np.abs(columns[name])))))
+        least = SMALLEST_SPAN * max(1.0, float(np.max(np.abs(columns[name]))))
+        _widen(axes, float(_to_print(name, np.asarray(least))))
         axes.set(xlabel=_label(over), ylabel=_label(name))
     return figure
 

@@ -23,9 +23,9 @@ LINES, WIDTH = 30, 160
 
 def say_inputs(calibration: Calibration) -> None:
     """Show the inputs of the first sample; nothing is run."""
-    for number, experiment in _programs(calibration).items():
+    for number, (experiment, program) in _programs(calibration).items():
         sample = _first(calibration, number)
-        (given,) = experiment.model.given(sample, experiment.reference.control)
+        (given,) = program.given(sample, experiment.reference.control)
         lines = [f'Inputs of the first sample in "{experiment.name}":', f"  {_parameters(sample)}"]
         if isinstance(given, Failure):
             say("\n".join([*lines, f"  cannot be made: {given.reason}"]))
@@ -41,9 +41,9 @@ def say_inputs(calibration: Calibration) -> None:
 def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
     """Run the first sample, and show what was read beside the reference. What the runs came to, by the numbers of their experiments."""
     found = {}
-    for number, experiment in _programs(calibration).items():
+    for number, (experiment, program) in _programs(calibration).items():
         folder = Path(tempfile.mkdtemp(prefix="graincal-check-"))
-        model = replace(experiment.model, folders=replace(experiment.model.folders, root=folder, keep="all"))
+        model = replace(program, folders=replace(program.folders, root=folder, keep="all"))
         sample = _first(calibration, number)
         ((_, outcome),) = replace(experiment, model=model).evaluate(sample, workers=1)
         took = duration(outcome.details["seconds"]) if "seconds" in outcome.details else "no time"
@@ -60,9 +60,9 @@ def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
     return found
 
 
-def _programs(calibration: Calibration) -> dict[int, Experiment]:
-    """The experiments, by their numbers, whose models are programs."""
-    return {number: each for number, each in enumerate(calibration.experiments) if isinstance(each.model, CommandModel)}
+def _programs(calibration: Calibration) -> dict[int, tuple[Experiment, CommandModel]]:
+    """The experiments, by their numbers, whose models are programs, and these."""
+    return {number: (each, each.model) for number, each in enumerate(calibration.experiments) if isinstance(each.model, CommandModel)}
 
 
 def _first(calibration: Calibration, number: int) -> Samples:

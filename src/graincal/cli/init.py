@@ -72,7 +72,7 @@ def init(
     from graincal.laboratory import NotUnderstood, describe
     from graincal.laboratory.table import read_table
 
-    given = dict(
+    given: dict[str, Any] = dict(
         kind=kind,
         strain=strain,
         confining_pressure=confining_pressure,
@@ -107,7 +107,7 @@ def init(
         return
     _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
     say("\n".join(describe(found)))
-    if grains:
+    if packing and grains:
         say(_compared(packing, grains, found.void_ratio))
     elif preparation.void_ratio is not None:
         say("\n".join(preparation.because))

@@ -12,7 +12,10 @@ from graincal.data import InputError
 from graincal.notation.printable import printable
 
 Folder = Annotated[Path, typer.Argument(help="The campaign's folder.", metavar="DIR")]
-Workers = Annotated[str | None, typer.Option(help='Evaluations at once, a number or "all"; the result does not depend on it.', metavar="N")]
+_WORKERS = typer.Option(help='Evaluations at once, a number or "all"; the result does not depend on it.', metavar="N")
+Workers = Annotated[str | None, _WORKERS]
+SomeWorkers = Annotated[str, _WORKERS]
+"""The same where there is a default."""
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, said_of_file
-from graincal.cli.options import Folder, Quiet, Workers, parse_workers
+from graincal.cli.options import Folder, Quiet, SomeWorkers, parse_workers
 from graincal.cli.saying import say
 from graincal.data import InputError
 
@@ -56,7 +56,7 @@ def predict(
     axial_strain: Annotated[float | None, typer.Option(help="The last axial strain; without it and --against, those of the experiment.")] = None,
     increment: Annotated[float, typer.Option(help="The axial strain between rows.")] = 0.004,
     samples: Annotated[int, typer.Option(min=2, help="Simulations, each of parameters drawn from the posterior.")] = 30,
-    workers: Workers = "all",
+    workers: SomeWorkers = "all",
     seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
     output: Annotated[
         Path | None,
@@ -182,10 +182,10 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     from graincal.models.another_test import another_test
     from graincal.suggestion import did_you_mean
 
-    test = experiment.model
+    test = _test_of(experiment)
     changes: dict[str, Any] = {} if confining_pressure is None else {"confining_pressure": confining_pressure}
     if path is None or path == test.kind:
-        _refuse_other_way(experiment, confining_pressure)
+        _refuse_other_way(experiment.name, test, confining_pressure)
         return replace(test, **changes)
     known = [kind for kind, other in TESTS.items() if "axial_strain" in other.controls]
     if path not in known:
@@ -193,16 +193,24 @@ def predicted_test(experiment: Experiment, path: str | None, confining_pressure:
     return another_test(test, path, **changes)
 
 
-def _refuse_other_way(experiment: Experiment, confining_pressure: float | None) -> None:
+def _test_of(experiment: Experiment) -> StressPathTest:
+    from graincal.models import StressPathTest
+
+    assert isinstance(experiment.model, StressPathTest), "`chosen_experiment` gives one with a built-in test"
+    return experiment.model
+
+
+def _refuse_other_way(experiment: str, test: StressPathTest, confining_pressure: float | None) -> None:
     """Refuse a pressure from which a path would go the other way to its first turn."""
+    from graincal.models.compression import CompressionTest
     from graincal.positions import first_way
 
-    before, turns = experiment.model.confining_pressure, getattr(experiment.model, "turns", ())
+    before, turns = test.confining_pressure, test.turns if isinstance(test, CompressionTest) else ()
     if confining_pressure is None or not turns or (way := first_way(before, turns)) * (turns[0] - confining_pressure) > 0:
         return
     beyond = "below" if way > 0 else "above"
     raise InputError(
-        f'--confining-pressure: {beyond} {turns[0]:g} Pa was expected, to which the path of "{experiment.name}" goes first, before it turns around, and not {confining_pressure:g} Pa.'
+        f'--confining-pressure: {beyond} {turns[0]:g} Pa was expected, to which the path of "{experiment}" goes first, before it turns around, and not {confining_pressure:g} Pa.'
     )
 
 
@@ -210,10 +218,11 @@ def _same_rows(experiment: Experiment, test: StressPathTest) -> NDArray[np.float
     """The experiment's rows as control values of a test at another pressure: of a path along positions, whose turns stay, those at the same stresses."""
     import numpy as np
 
+    from graincal.models.compression import CompressionTest
     from graincal.positions import POSITION, first_way
 
-    control, before = experiment.reference.control, experiment.model.confining_pressure
-    if test.control != POSITION or test.confining_pressure == before:
+    control, before = experiment.reference.control, _test_of(experiment).confining_pressure
+    if test.control != POSITION or not isinstance(test, CompressionTest) or test.confining_pressure == before:
         return control
     moved = control + first_way(before, test.turns) * np.log(before / test.confining_pressure)
     # The path begins where it now does.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -37,7 +37,7 @@ def resume(
 
     given = {"max_iterations": max_iterations, "max_evaluations": max_evaluations, "s": s, "error": error}
     given |= {"gl_error_increment": gl_error_increment, "error_increment": error_increment, "posterior_shift": posterior_shift, "hours": hours}
-    criteria = {name: parse_criterion(name, text) for name, text in given.items() if text is not None}
+    criteria: dict[str, Any] = {name: parse_criterion(name, text) for name, text in given.items() if text is not None}
     chosen = None if workers is None else parse_workers(workers)
     if is_library(folder):
         if criteria:

@@ -27,6 +27,11 @@ from graincal.notation.console import PrintableConsole
 from graincal.result import Result
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from graincal.campaign.found.answer import Candidate
+    from graincal.inference import Posterior
     from graincal.inference.iterative.close_fits import CloseFits
 
 
@@ -44,6 +49,7 @@ def accepted(file: Path, found: Examination, *, accept: bool) -> tuple[Calibrati
         are, them = ("is 1 problem", "it") if len(found.problems) == 1 else (f"are {len(found.problems)} problems", "them")
         then = f"correct the file, or go on in spite of {them} by --accept" if found.calibration else "correct the file"
         raise InputError("\n".join([f"{file}: not calibrated, for there {are}; {then}:", *(f"  {problem}" for problem in found.problems)]))
+    assert found.calibration is not None, "what keeps it from being calibrated is a problem"
     return found.calibration, found.problems
 
 
@@ -125,9 +131,8 @@ def show(result: Result, folder: Path, console: Console) -> None:
         console.print(f"  {count} × {kind}: {reason}", soft_wrap=True)
     if result.has_posterior:
         console.print(summarise(result), soft_wrap=True)
-    elif result.posterior:
-        close = close_fits(result.iterations)
-        console.print(_table(result, close))
+    elif (posterior := result.posterior) and (answer := result.most_probable) and (best := result.best) and (close := close_fits(result.iterations)):
+        console.print(_table(result, posterior, answer, best, close))
         told = (
             "Values that fit about as well:"
             if close.enough
@@ -137,7 +142,7 @@ def show(result: Result, folder: Path, console: Console) -> None:
         console.print(
             "± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True
         )
-        console.print(f"Error of the most probable sample {result.most_probable.error:.2f} %, of the best {result.best.error:.2f} %.")
+        console.print(f"Error of the most probable sample {answer.error:.2f} %, of the best {best.error:.2f} %.")
         if said := in_words(recorded_of_answer(result)):
             console.print(to_plain(said), soft_wrap=True)
     if result.grade:
@@ -145,26 +150,26 @@ def show(result: Result, folder: Path, console: Console) -> None:
     console.print(f"Stored in {folder}.", soft_wrap=True)
 
 
-def _table(result: Result, close: CloseFits) -> Table:
+def _table(result: Result, posterior: Posterior, answer: Candidate, best: Candidate, close: CloseFits) -> Table:
     """A row for each parameter, and below it what it is the logarithm of."""
     from graincal.notation import numbers
     from graincal.notation.markup import to_plain
     from graincal.notation.quantities import parameters
 
-    points = {"most probable": result.most_probable.theta}
+    points: dict[str, Sequence[float] | NDArray[np.float64]] = {"most probable": answer.theta}
     if result.truth:
         points = {"truth": [result.truth.get(name, math.nan) for name in result.space.names], **points}
-    if result.best.sample != result.most_probable.sample:
-        points["best"] = result.best.theta
-    low, high = (close.low, close.high) if close.enough else result.posterior.interval(0.9)
+    if best.sample != answer.sample:
+        points["best"] = best.theta
+    low, high = (close.low, close.high) if close.enough else posterior.interval(0.9)
     table = Table(
         "parameter", *points, "fit about as well" if close.enough else "90 % interval", "mean ± sd", box=None, header_style="bold", padding=(0, 2, 0, 0)
     )
 
-    def add(title: str, values: Iterable[float], ends: tuple[float, float], moments: str) -> None:
-        table.add_row(title, *("-" if math.isnan(value) else f"{value:.4g}" for value in values), to_plain(numbers.between(*ends)), moments)
+    def add(title: str, values: Iterable[float], ends: Sequence[float], moments: str) -> None:
+        table.add_row(title, *("-" if math.isnan(value) else f"{value:.4g}" for value in values), to_plain(numbers.between(ends[0], ends[1])), moments)
 
-    mean, spread = result.posterior.mean(), result.posterior.std()
+    mean, spread = posterior.mean(), posterior.std()
     for k, (name, unit, shown) in enumerate(zip(result.space.names, result.space.units, parameters(result.space))):
         values, ends = [each[k] for each in points.values()], (low[k], high[k])
         add(f"{name} [{unit}]" if unit else name, values, ends, to_plain(numbers.estimate(mean[k], spread[k])))

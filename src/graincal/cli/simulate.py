@@ -129,7 +129,8 @@ def _path(example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
 
         command.__doc__ = function.__doc__
         parameters = _options(Simulation) + _options(function)[1:]
-        command.__signature__ = inspect.Signature(parameters)
+        # What typer reads the options from.
+        setattr(command, "__signature__", inspect.Signature(parameters))  # noqa: B010
         epilog = f"Example:  graincal simulate {name} --packing packing.csv {example} -p log_E=8.72 -p nu=0.227 -p phi=28.1 -p beta_m=0.079 -p eta_m=0.569 -o curve.csv"
         simulate.command(name, epilog=epilog)(command)
         return function
@@ -168,7 +169,7 @@ def triaxial(
     sheet: Sheet = None,
 ) -> None:
     """A drained triaxial test: the lateral stresses are held while the axial strain is imposed, in compression or extension."""
-    reference, asked = None, said_of_file("--at", at, column, strain, compression, stage, rows, sheet)
+    asked = said_of_file("--at", at, column, strain, compression, stage, rows, sheet)
     if at and (axial_strain is not None or increment is not None):
         raise InputError("--at gives the axial strains, so --axial-strain and --increment cannot stand beside it.")
     if at:
@@ -177,8 +178,10 @@ def triaxial(
         test = Compared.drained(confining_pressure)
         reference = read_comparison(at, test, asked=asked)
         simulation.say_what_differs(at, settings_of(at, test))
-    strains = reference.control if at else axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
-    simulation.run("triaxial", strains, reference, confining_pressure=confining_pressure)
+        simulation.run("triaxial", reference.control, reference, confining_pressure=confining_pressure)
+    else:
+        strains = axial_strains(0.20 if axial_strain is None else axial_strain, 0.004 if increment is None else increment)
+        simulation.run("triaxial", strains, confining_pressure=confining_pressure)
 
 
 @_path("--confining-pressure 0.5e6 --axial-strain 0.10")
@@ -206,7 +209,7 @@ def oedometric(
         raise InputError(f"either --axial-strain or --axial-stress was expected, and {'neither is' if axial_strain is None else 'both are'} given.")
     if axial_stress:
         simulation.run("oedometric", axial_stress, confining_pressure=confining_pressure, control="axial_stress")
-    else:
+    elif axial_strain is not None:
         simulation.run("oedometric", axial_strains(axial_strain, increment), confining_pressure=confining_pressure)
 
 
@@ -251,13 +254,15 @@ def _parse(parameters: list[str]) -> dict[str, float]:
 
 def _doubts(test: StressPathTest, theta: Mapping[str, float], at: ArrayLike) -> list[str]:
     """What is to be said of a pressure or modulus that another unit was probably meant for; of stresses, of the smallest and the largest."""
+    import numpy as np
+
     from graincal.models.contact_laws import unusual_parameters
     from graincal.models.plausibility import unusual_pressure
     from graincal.models.stress_path import unusual
 
-    said = unusual_parameters({name: (value,) for name, value in theta.items()})
+    said: list[str | None] = [*unusual_parameters({name: (value,) for name, value in theta.items()})]
     if test.control.endswith("stress"):
-        said += [unusual_pressure(test.control, value) for value in sorted({min(at), max(at)}) if value > 0]
+        said += [unusual_pressure(test.control, value) for value in sorted({float(np.min(at)), float(np.max(at))}) if value > 0]
     return unusual(test) + [doubt for doubt in said if doubt]
 
 

@@ -115,8 +115,8 @@ def _lines(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _row(cells: dict[str, str], place: str) -> TableRow:
-    goals = tuple(_goal(cells, axis, place) for axis in AXES)
-    return TableRow(goals, record=_word(cells, "record", True, place), strain_origin=_word(cells, "strain_origin", False, place))
+    first, second, third = (_goal(cells, axis, place) for axis in AXES)
+    return TableRow((first, second, third), record=_word(cells, "record", True, place), strain_origin=_word(cells, "strain_origin", False, place))
 
 
 def _goal(cells: dict[str, str], axis: str, place: str) -> Goal:

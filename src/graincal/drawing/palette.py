@@ -16,7 +16,9 @@ BLACK, BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, GREY = (
 )  # fmt: skip
 
 
-DASHES = {"solid": (), "dash": (8, 4), "dot": (2, 3), "dashdot": (8, 3, 2, 3)}
+Dash = Literal["solid", "dash", "dot", "dashdot"]
+
+DASHES: dict[Dash, tuple[int, ...]] = {"solid": (), "dash": (8, 4), "dot": (2, 3), "dashdot": (8, 3, 2, 3)}
 """Lengths of dashes and gaps, CSS pixels."""
 
 
@@ -26,7 +28,7 @@ class Style:
 
     colour: str
     width: float = 2.0
-    dash: Literal["solid", "dash", "dot", "dashdot"] = "solid"
+    dash: Dash = "solid"
     symbol: Literal["circle", "ring", "cross", "diamond", "square"] = "circle"
     size: float = 6.0
     opacity: float = 1.0
@@ -52,7 +54,8 @@ PREDICTED = Style(GREEN, width=2.5)
 
 def distinct(number: int) -> Style:
     """A line that differs from those of other numbers in colour and dashes."""
-    colours, dashes = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY), ("solid", "dash", "dashdot", "dot")
+    colours = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
+    dashes: tuple[Dash, ...] = ("solid", "dash", "dashdot", "dot")
     return Style(colours[number % len(colours)], dash=dashes[number % len(dashes)])
 
 

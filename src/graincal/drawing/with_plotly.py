@@ -124,7 +124,7 @@ def _(mark: Band) -> list[Description]:
 def _(mark: Points) -> list[Description]:
     style = mark.style
     colour = list(mark.colours) or style.colour
-    marker = {"symbol": _SYMBOLS[style.symbol], "color": colour, "size": _plain(mark.sizes) or style.size, "opacity": style.opacity}
+    marker: Description = {"symbol": _SYMBOLS[style.symbol], "color": colour, "size": _plain(mark.sizes) or style.size, "opacity": style.opacity}
     marker["line"] = {"width": style.width, "color": colour} if style.symbol in ("ring", "cross") else {"width": 0}
     trace = {"type": "scatter", "mode": "markers", "x": _plain(mark.x), "y": _plain(mark.y), "marker": marker}
     if mark.notes:
@@ -135,7 +135,13 @@ def _(mark: Points) -> list[Description]:
 @_traces.register
 def _(mark: Bars) -> list[Description]:
     edges = np.asarray(mark.edges)
-    trace = {"type": "bar", "x": _plain((edges[1:] + edges[:-1]) / 2), "y": _plain(mark.heights), "width": _plain(np.diff(edges)), "offsetgroup": "0"}
+    trace: Description = {
+        "type": "bar",
+        "x": _plain((edges[1:] + edges[:-1]) / 2),
+        "y": _plain(mark.heights),
+        "width": _plain(np.diff(edges)),
+        "offsetgroup": "0",
+    }
     trace["marker"] = {"color": mark.style.colour, "opacity": mark.style.opacity, "line": {"width": 0}}
     return [trace | ({} if mark.base is None else {"base": _plain(mark.base)})]
 

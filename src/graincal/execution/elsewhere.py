@@ -61,7 +61,7 @@ class Elsewhere(ABC):
         self._thread: threading.Thread | None = None
         self._failed: BaseException | None = None
         self._tries = 0
-        self._finished: SimpleQueue[tuple[Task | None, Future]] = SimpleQueue()
+        self._finished: SimpleQueue[tuple[Task | None, Future] | None] = SimpleQueue()
         self._lock = threading.RLock()
         self._stopped = threading.Event()
 
@@ -106,7 +106,7 @@ class Elsewhere(ABC):
     def stop(self) -> None:
         """End what is under way; nothing is told of it any more."""
         self._stopped.set()
-        self._finished.put((None, None))
+        self._finished.put(None)
         if self._thread is not None:
             self._thread.join(ENDS)
 
@@ -174,8 +174,8 @@ class Elsewhere(ABC):
         until = time.monotonic() + _LOOKS
         with suppress(Empty):
             while not self._stopped.is_set() and (left := until - time.monotonic()) > 0:
-                task, future = self._finished.get(timeout=left)
-                if future is not None:
+                if (finished := self._finished.get(timeout=left)) is not None:
+                    task, future = finished
                     self._looked(future) if task is None else self._ended(task, future)
 
     def _looked(self, future: Future) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
+from functools import partial
 
+from graincal.data import Failure, Response
 from graincal.execution.task import Task
 from graincal.execution.threads import Done
 
@@ -27,7 +29,7 @@ class OnExecutor:
                 self._done(task, error)
                 continue
             self._futures.add(future)
-            future.add_done_callback(lambda future, task=task: self._ended(task, future))
+            future.add_done_callback(partial(self._ended, task))
 
     def stop(self) -> None:
         """Cancel what has not begun; what cannot be cancelled is not waited for, and nothing is told of it any more."""
@@ -39,6 +41,7 @@ class OnExecutor:
         self._futures.discard(future)
         if self._stopped.is_set():
             return
+        outcome: Response | Failure | BaseException
         try:
             outcome = future.result()
         except BaseException as error:

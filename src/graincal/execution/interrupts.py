@@ -33,4 +33,4 @@ def interrupts_later() -> Iterator[None]:
             signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if heard:
-            handlers[heard[0][0]](*heard[0])
+            handlers[signal.Signals(heard[0][0])](*heard[0])

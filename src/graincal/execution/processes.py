@@ -113,12 +113,19 @@ class _Worker:
     @property
     def events(self) -> list[Future]:
         """What the evaluation under way waits for: its end, and before that the start of its process."""
-        return [self._future] if self._process.ready_at < inf else [self._process.started, self._future]
+        process, future = self._under_way
+        return [future] if process.ready_at < inf else [process.started, future]
 
     @property
     def deadline(self) -> float:
         """When the evaluation under way is to be given up."""
-        return inf if self._timeout is None else max(self._begun, self._process.ready_at) + self._timeout
+        process, _ = self._under_way
+        return inf if self._timeout is None else max(self._begun, process.ready_at) + self._timeout
+
+    @property
+    def _under_way(self) -> tuple[_Process, Future]:
+        assert self._process is not None and self._future is not None, "asked of a worker that is busy"
+        return self._process, self._future
 
     def begin(self, argument: Any) -> None:
         """Run an evaluation."""
@@ -135,12 +142,13 @@ class _Worker:
 
     def outcome(self) -> Response | Failure | None:
         """What the evaluation gave; None while it is under way."""
-        if self._process.started.done():
+        process, future = self._under_way
+        if process.started.done():
             self._check()
-        if self._future.done():
-            finished, self._future = self._future, None
+        if future.done():
+            self._future = None
             try:
-                return finished.result()
+                return future.result()
             except BrokenProcessPool:
                 self._lose()
                 return CRASHED
@@ -149,7 +157,7 @@ class _Worker:
                 return Failure(
                     "error", f"what the evaluation returned cannot be sent to the process that asked for it ({type(error).__name__}: {as_text(error)})."
                 )
-        if time.monotonic() < self.deadline:
+        if self._timeout is None or time.monotonic() < self.deadline:
             return None
         self._lose()
         return Failure("timed_out", f"the evaluation took longer than the time-out of {self._timeout:g} s.", {"seconds": self._timeout})
@@ -162,6 +170,7 @@ class _Worker:
 
     def _check(self) -> None:
         """Raise what kept the process from starting; the next evaluation begins another."""
+        assert self._process is not None, "a process was begun"
         try:
             self._process.check()
         except BaseException:
@@ -169,6 +178,7 @@ class _Worker:
             raise
 
     def _lose(self) -> None:
+        assert self._process is not None, "a process was begun"
         self._process.end(abruptly=True)
         self._process = self._future = None
 
@@ -240,6 +250,7 @@ def _make_ready(work: Work) -> None:
 
 
 def _evaluate(argument: Any) -> Response | Failure:
+    assert _work is not None, "the process was made ready"
     return _work(argument)
 
 
@@ -248,7 +259,7 @@ class _OneProcess(SpawnContext):
 
     process: BaseProcess | None = None
 
-    def Process(self, *arguments: Any, **options: Any) -> BaseProcess:
+    def Process(self, *arguments: Any, **options: Any) -> BaseProcess:  # type: ignore[override]  # typeshed has it as a class, and it is a method
         """Where an executor begins its process."""
         self.process = super().Process(*arguments, **options)
         return self.process

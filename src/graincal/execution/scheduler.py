@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterator, Sequence
 from contextlib import suppress
 from heapq import heappop, heappush
 from itertools import count
 from math import inf
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 from graincal.data import Failure, Response
 from graincal.execution.cores import number_of_workers
@@ -23,8 +23,13 @@ from graincal.execution.threads import Done, Threads
 if TYPE_CHECKING:
     from graincal.execution.elsewhere import Elsewhere
 
-Backend = "Threads | Processes | OnExecutor | Elsewhere"
-"""Runs the tasks that it is handed, all at once, and tells `done(task, outcome)` from any thread; `submit(tasks)`, `stop()`."""
+
+class Backend(Protocol):
+    """Runs the tasks that it is handed, all at once, and tells `done(task, outcome)` from any thread."""
+
+    def submit(self, tasks: Sequence[Task]) -> None: ...
+
+    def stop(self) -> None: ...
 
 
 HEARS = 0.5
@@ -213,7 +218,7 @@ class _Pool:
         return min(task.cores, self.most)
 
 
-def run(tasks: Sequence[Task], workers: int | Literal["all"] = "all") -> Iterator[Ended]:
+def run(tasks: Sequence[Task], workers: int | Literal["all"] = "all") -> Generator[Ended]:
     """Run tasks to their ends, in the order in which these come. Closing the iterator ends what is under way."""
     scheduler = Scheduler(workers)
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Generator, Hashable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -32,12 +32,19 @@ class Work(Protocol):
     `prepare` imports. Otherwise it runs on threads: then `run(argument, stopped, watch)`, where there is one, is called instead, which asks `stopped()` several times a second whether to go on.
     """
 
-    key: str
-    executor: Executor | None
-    own_process: bool
-    timeout: float | None
+    @property
+    def key(self) -> str: ...
 
-    def __call__(self, argument: Any) -> Response | Failure: ...
+    @property
+    def executor(self) -> Executor | None: ...
+
+    @property
+    def own_process(self) -> bool: ...
+
+    @property
+    def timeout(self) -> float | None: ...
+
+    def __call__(self, argument: Any, /) -> Response | Failure: ...
 
     def prepare(self) -> None: ...
 
@@ -66,5 +73,5 @@ class Model(Protocol):
     def tasks(self, samples: Any, at: Any) -> Sequence[Task]: ...
 
 
-Outcomes = Iterator[tuple[int, Response | Failure]]
+Outcomes = Generator[tuple[int, Response | Failure]]
 """(row, outcome), in the order in which evaluations end."""

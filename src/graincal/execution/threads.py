@@ -64,6 +64,7 @@ class Threads:
 
     def _work(self) -> None:
         while (task := self._waiting.get()) is not None:
+            outcome: Response | Failure | BaseException
             try:
                 outcome = self.run(task)
             except BaseException as error:

@@ -59,7 +59,8 @@ def read_folder(folder: Path) -> FoundRuns:
     if len(names := sorted({match["name"] for match, _ in found})) > 1:
         raise InputError(f"{folder}: it holds runs of several models, {', '.join(names)}, and the folder of a single one was expected.")
     tables = {(path.parent, _iteration_of(path)): read_samples(path) for path in files if _TABLE.fullmatch(path.name)}
-    runs, left_out, seen = [], {}, set()
+    runs, seen = [], set()
+    left_out: dict[str, int] = {}
     for match, path in found:
         key = (path.parent, int(match["iteration"]), int(match["sample"]))
         table = tables.get(key[:2], {})
@@ -87,6 +88,7 @@ def _files(folder: Path) -> list[Path]:
 
 def _iteration_of(path: Path) -> int:
     match = _TABLE.fullmatch(path.name)
+    assert match is not None, "a table is known by its name"
     return int(match["iteration"] or match["other"])
 
 

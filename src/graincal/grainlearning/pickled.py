@@ -11,7 +11,7 @@ import pickle
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.lib import format as npy
@@ -80,12 +80,12 @@ class _Type:
     """The type of an array's numbers; `code` is None for one of Python's objects."""
 
     def __init__(self, text: object, *flags: object) -> None:
-        self.code = None
+        self.code: str | None = None
         if isinstance(text, str) and _NUMBERS.fullmatch(text):
             self.code = text
         elif text not in ("O8", "O4", "O"):
             raise NotPlain(f"it holds an array of the type {str(text)[:60]}, and numbers were expected")
-        self.order = "="
+        self.order: Literal["<", ">", "|", "="] = "="
 
     def __setstate__(self, state: object) -> None:
         self.order = state[1] if isinstance(state, tuple) and len(state) > 1 and state[1] in ("<", ">", "|", "=") else "="
@@ -157,11 +157,12 @@ def _as_bytes(text: object, encoding: object) -> bytes:
     return text.encode("latin1")
 
 
-_KNOWN = {
-    (f"{package}.multiarray", name): _Maker(function)
-    for package in ("numpy.core", "numpy._core")
-    for name, function in {"_reconstruct": _reconstruct, "scalar": _scalar}.items()
-} | {("numpy", "ndarray"): _NDARRAY, ("numpy", "dtype"): _Maker(_Type), ("_codecs", "encode"): _Maker(_as_bytes)}
+_OF_ARRAYS: dict[str, Callable[..., Any]] = {"_reconstruct": _reconstruct, "scalar": _scalar}
+_KNOWN = {(f"{package}.multiarray", name): _Maker(function) for package in ("numpy.core", "numpy._core") for name, function in _OF_ARRAYS.items()} | {
+    ("numpy", "ndarray"): _NDARRAY,
+    ("numpy", "dtype"): _Maker(_Type),
+    ("_codecs", "encode"): _Maker(_as_bytes),
+}
 
 
 class _Unpickler(pickle.Unpickler):

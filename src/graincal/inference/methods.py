@@ -3,7 +3,7 @@
 from graincal.inference.iterative.filter import IterativeBayesianFilter, SequentialMonteCarloFilter
 from graincal.inference.posterior.posterior_filter import PosteriorFilter
 
-METHODS = {
+METHODS: dict[str, type[IterativeBayesianFilter] | type[PosteriorFilter]] = {
     "iterative-bayesian": IterativeBayesianFilter,
     "sequential-monte-carlo": SequentialMonteCarloFilter,
     "posterior": PosteriorFilter,

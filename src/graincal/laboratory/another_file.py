@@ -133,7 +133,7 @@ def _by_name(table: Table, columns: Mapping[str, Place]) -> bool:
 
 
 def _places(said: Place) -> list[str | int]:
-    return list(said) if isinstance(said, (list, tuple)) else [said]
+    return [said] if isinstance(said, (str, int)) else list(said)
 
 
 def _find(table: Table, control: str, observables: Sequence[str], recorded: Sequence[str], choice: _Choice, test: Mapping[str, Any]) -> _Found | _Misfit:

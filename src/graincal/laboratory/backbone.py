@@ -35,7 +35,8 @@ def noise(values: ArrayLike) -> float:
 
 def first_movement(values: ArrayLike) -> float:
     """How far the first of the values (T,) that differs from their beginning by a hundredth of their whole range lies from it; 0 without any."""
-    away = np.asarray(values, dtype=np.float64) - values[0]
+    numbers = np.asarray(values, dtype=np.float64)
+    away = numbers - numbers[0]
     moved = np.flatnonzero(np.abs(away) > 0.01 * np.ptp(away))
     return float(away[moved[0]]) if moved.size else 0.0
 

@@ -51,7 +51,7 @@ class Conventions:
                 option = {"all": option}
             for name, word in option.items():
                 if words and word not in words:
-                    raise InputError(f'{path}: {key} must be "{words[0]}" or "{words[1]}", not {word!r}{did_you_mean(word, words)}.')
+                    raise InputError(f'{path}: {key} must be "{words[0]}" or "{words[1]}", not {word!r}{did_you_mean(str(word), words)}.')
                 if not (isinstance(word, str) or (key == "columns" and _is_place(word))):
                     raise InputError(f"{path}: {key} of {name} must be text{' or a number above 0' * (key == 'columns')}, not {word!r}.")
         self._check_names(path, "columns", self.columns, selectable)
@@ -63,7 +63,7 @@ class Conventions:
         self._check_names(path, "compression", self.compression, quantities)
 
     @staticmethod
-    def _check_names(path: str, key: str, option: str | Mapping[str, str] | None, names: Collection[str]) -> None:
+    def _check_names(path: str, key: str, option: str | Mapping[str, Place] | None, names: Collection[str]) -> None:
         for name in option if isinstance(option, Mapping) else ():
             if name not in names:
                 expected = ", ".join(names) or "no quantity"
@@ -137,7 +137,7 @@ def find_columns(table: Table, quantity: str, conventions: Conventions) -> list[
             raise InputError(f"{table.path}: {len(borne)} columns answer to '{quantity}' for {quantity} ({names}), and a single one was expected.")
         indices = borne
     else:
-        places = said if isinstance(said, (list, tuple)) else [said]
+        places = [said] if isinstance(said, (str, int)) else said
         indices = [column_index(table, place, quantity=quantity, second=quantity not in ("axial_strain", "axial_displacement")) for place in places]
     return [Column(quantity, table.header[index], index, _unit(table, quantity, index, conventions.units.get(quantity))) for index in indices]
 
@@ -237,10 +237,10 @@ def _void_ratio(place: str, quantity: str, plain: NDArray[np.float64]) -> NDArra
 def refuse_mixed_units(table: Table, columns: Collection[Column]) -> None:
     """One strain in percent and another without a unit: whichever is meant, the other reading is wrong by a factor of a hundred."""
     strains = [column for column in columns if column.quantity in STRAINS]
-    scaled = next((column for column in strains if column.unit is not None and column.unit.factor != 1.0), None)
+    scaled = next(((column, column.unit.symbol) for column in strains if column.unit is not None and column.unit.factor != 1.0), None)
     bare = next((column for column in strains if column.unit is None), None)
     if scaled is not None and bare is not None:
         raise InputError(
-            f"{table.path}: column '{bare.header}' has no unit while '{scaled.header}' is in {scaled.unit.symbol},"
-            f" write '{bare.header} [{scaled.unit.symbol}]' or '{bare.header} [-]' (or in units)."
+            f"{table.path}: column '{bare.header}' has no unit while '{scaled[0].header}' is in {scaled[1]},"
+            f" write '{bare.header} [{scaled[1]}]' or '{bare.header} [-]' (or in units)."
         )

@@ -147,8 +147,8 @@ def _ways(line: _Line, delimiter: str, width: int, widest: int) -> Iterator[tupl
         re.split(r"\s*[;,]\s*", text),
         re.split(r"(?<!/)\s+(?![\[(/])", text),
     )
-    for way, cells in enumerate(apart if text else ()):
-        cells = tuple(cell.strip().strip('"') for cell in cells)
+    for way, parts in enumerate(apart if text else ()):
+        cells = tuple(cell.strip().strip('"') for cell in parts)
         # A remark may have as many words as there are columns.
         if len(cells) == width and cells != line.cells and (way in (1, 2) or delimiter == SPACE or known(cells)):
             yield cells, False

@@ -19,9 +19,10 @@ from graincal.positions import POSITION, positions, turning_points
 
 @dataclass(frozen=True)
 class PathSource(Source):
-    """The source of a position: `stress` is that of the stress that drives the path."""
+    """The source of a position: `stress` is that of the stress that drives the path from the confining pressure (Pa)."""
 
     stress: Source
+    confining_pressure: float
 
 
 START_DIGITS = 1e-6
@@ -52,7 +53,7 @@ def source_of(table: Table, name: str, conventions: Conventions, confining_press
         _refuse_other_turns(table, turns_of(path, confining_pressure, within), turns)
         return positions(path, confining_pressure, within)
 
-    return PathSource(POSITION, stress.columns, make, f"position was computed from {stress.name}, column {headers}.", stress)
+    return PathSource(POSITION, stress.columns, make, f"position was computed from {stress.name}, column {headers}.", stress, confining_pressure)
 
 
 def wavering(stress: NDArray[np.float64], turns: Sequence[float] = ()) -> float:
@@ -78,9 +79,9 @@ def _refuse_other_turns(table: Table, found: Sequence[float], turns: Sequence[fl
     raise InputError(f"{table.path}: the stress turns around at {listed[0]} Pa, and turns of the model says {listed[1]}: the same path was expected.")
 
 
-def rows_of_path(source: PathSource, values: Values, confining_pressure: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+def rows_of_path(source: PathSource, values: Values) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
     """The rows (T,) from which the path is counted; the rows with a stress, whose logarithm there is; and what to say of rows before the path."""
-    stress = source.stress.make(values)
+    stress, confining_pressure = source.stress.make(values), source.confining_pressure
     begun = since(stress, confining_pressure)
     below = int(np.sum(~begun & (stress > 0)))
     notes = [f"{below} row{'s' * (below > 1)} dropped below the confining pressure of {confining_pressure:g} Pa, from which the path begins."] if below else []

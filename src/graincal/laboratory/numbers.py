@@ -41,7 +41,9 @@ def reads_as_number(cell: str) -> bool:
 def split_unit(cell: str) -> tuple[str, Unit | None]:
     """A number and the known unit behind it, `12.3 kPa` or `0.40%`; the cell as it is and None where there is no such unit."""
     found = _WITH_UNIT.fullmatch(cell)
-    unit = find_unit(found["unit"]) if found and (_NUMBER.fullmatch(found["number"]) or _GROUPED.fullmatch(found["number"])) else None
+    if found is None:
+        return cell, None
+    unit = find_unit(found["unit"]) if (_NUMBER.fullmatch(found["number"]) or _GROUPED.fullmatch(found["number"])) else None
     # A dash or a digit behind a number is no unit, though either may stand for "none" in a header.
     return (found["number"], unit) if unit is not None and found["unit"].strip(" \u00a0").strip("-\u2013\u2014") else (cell, None)
 

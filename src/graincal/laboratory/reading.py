@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graincal.errors import InputError
 from graincal.laboratory.columns import Column, Conventions, Key, Place, read_columns, refuse_mixed_units, to_plain
 from graincal.laboratory.kept_rows import backbone_of, chosen_lines, said_of_gaps, said_of_unloaded, up_to
-from graincal.laboratory.loading_path import rows_of_path, source_of
+from graincal.laboratory.loading_path import PathSource, rows_of_path, source_of
 from graincal.laboratory.quantities import STRESS_FORMS, STRESS_MEASURES, VOID_RATIOS
 from graincal.laboratory.refusals import refuse_another_name, refuse_not_positive, refuse_tension, refuse_wrong_errors, refuse_wrong_way
 from graincal.laboratory.sources import Source, instead, refuse_contradictions
@@ -139,10 +139,11 @@ def read_test(
     refuse_wrong_way(table, sources[control].columns[0], values[control], conventions, control)
     compared, cut = up_to(table, control, values[control], lines, until)
     backbone, dropped = backbone_of(table, control, values[control][compared], lines[compared], unloading)
+    given = {name: share for name, share in shares.items() if share is not None}
     return Test(
         values[control][compared][backbone],
         {name: values[name][compared][backbone] for name in shares},
-        None if None in shares.values() else shares,
+        given if len(given) == len(shares) else None,
         measurement_errors,
         control_name=control,
         control_step=control_step or 0.0,
@@ -197,8 +198,8 @@ def _rows_read(
     plain = _counted_from_the_first(table.path, zero, found, plain)
     refuse_contradictions(table, found, plain)
     refuse_tension(table, sources.get("stress_ratio"), plain, control, conventions)
-    values, plain, lines, notes = _values(sources, plain, lines, confining_pressure)
-    return values, plain, lines, [*said_of_gaps(table, found, printed, complete), *notes]
+    values, plain_read, lines_read, notes = _values(sources, plain, lines)
+    return values, plain_read, lines_read, [*said_of_gaps(table, found, printed, complete), *notes]
 
 
 def selectable(wanted: Sequence[str]) -> tuple[str, ...]:
@@ -225,7 +226,7 @@ def _counted_from_the_first(
 def _observables(path: str, control: str, observables: Sequence[str] | Mapping[str, float], recorded: Sequence[str]) -> dict[str, float | None]:
     if isinstance(observables, str) or not observables:
         raise InputError(f"{path}: observables must list at least one name, such as stress_ratio, and is {observables!r}.")
-    shares = dict(observables) if isinstance(observables, Mapping) else dict.fromkeys(observables)
+    shares: dict[str, float | None] = dict(observables) if isinstance(observables, Mapping) else dict.fromkeys(observables)
     if isinstance(recorded, str):
         raise InputError(f"{path}: recorded must list names, such as volumetric_strain, and is {recorded!r}.")
     if control in (*shares, *recorded):
@@ -237,13 +238,13 @@ def _observables(path: str, control: str, observables: Sequence[str] | Mapping[s
 
 
 def _values(
-    sources: Mapping[str, Source], plain: Mapping[Key, NDArray[np.float64]], lines: list[int], confining_pressure: float | None
+    sources: Mapping[str, Source], plain: Mapping[Key, NDArray[np.float64]], lines: list[int]
 ) -> tuple[dict[str, NDArray[np.float64]], Mapping[Key, NDArray[np.float64]], list[int], list[str]]:
     """The wanted quantities (T,) by name, the plain values and the lines of their rows, and what to say of the rows that a path of loading leaves out."""
     path = sources.get(POSITION)
-    if path is None:
+    if not isinstance(path, PathSource):
         return {name: source.make(plain) for name, source in sources.items()}, plain, lines, []
-    begun, loaded, before = rows_of_path(path, plain, confining_pressure)
+    begun, loaded, before = rows_of_path(path, plain)
     since_begun, kept = {key: column[begun] for key, column in plain.items()}, loaded[begun]
     # The path goes through rows without stress, which then are left out.
     values = {name: source.make(since_begun)[kept] for name, source in sources.items()}

@@ -20,7 +20,8 @@ from graincal.laboratory.vocabulary import did_you_mean_observable
 
 
 def refuse_wrong_errors(path: str, errors: Mapping[str, Any], observables: Mapping[str, float | None]) -> None:
-    refuse_not_positive(path, "measurement_errors", {name: error for name, error in errors.items() if isinstance(error, Real)})
+    deviations: dict[str, Any] = {name: error for name, error in errors.items() if isinstance(error, Real)}
+    refuse_not_positive(path, "measurement_errors", deviations)
     if unknown := set(errors) - set(observables):
         raise InputError(f"{path}: measurement_errors names '{min(unknown)}', and one of the observables {', '.join(observables)} was expected.")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,13 +42,15 @@ def find_source(table: Table, name: str, conventions: Conventions, confining_pre
     for other in instead(name):
         if columns := find_columns(table, other, conventions):
             return _from(name, other, columns)
-    if name == "excess_pore_pressure" and (stress := _stress(table, "pore_pressure", conventions, None)):
+    if name == "excess_pore_pressure" and (pore := _stress(table, "pore_pressure", conventions, None)):
+        make_pore = pore.make
         return Source(
-            name, stress.columns, lambda values: (u := stress.make(values)) - u[0], f"excess_pore_pressure counts from the first row that is read{_of(stress)}."
+            name, pore.columns, lambda values: (u := make_pore(values)) - u[0], f"excess_pore_pressure counts from the first row that is read{_of(pore)}."
         )
-    if name == "excess_pore_pressure" and (stress := _stress(table, "lateral_stress", conventions, None)):
-        note = f"excess_pore_pressure was computed from {_listed(stress.columns)}: what the effective lateral stress loses while the total one is held."
-        return Source(name, stress.columns, lambda values: (lateral := stress.make(values))[0] - lateral, note)
+    if name == "excess_pore_pressure" and (held := _stress(table, "lateral_stress", conventions, None)):
+        make_lateral = held.make
+        note = f"excess_pore_pressure was computed from {_listed(held.columns)}: what the effective lateral stress loses while the total one is held."
+        return Source(name, held.columns, lambda values: (lateral := make_lateral(values))[0] - lateral, note)
     if (
         name == "volumetric_strain"
         and (radial := find_columns(table, "radial_strain", conventions))
@@ -136,7 +138,7 @@ def stress_columns(table: Table, conventions: Conventions) -> list[Column]:
     return [column for name in said or STRESS_FORMS if (column := find_column(table, name, conventions))]
 
 
-def refuse_contradictions(table: Table, columns: list[Column], values: Values) -> None:
+def refuse_contradictions(table: Table, columns: Sequence[Column], values: Values) -> None:
     """Refuse stresses that are said twice and differ."""
     stresses = {column.quantity: values[column.key] for column in columns if column.quantity in STRESS_FORMS}
     if len(stresses) > 1 and (by := contradiction(stresses)) > LARGEST_CONTRADICTION:
@@ -220,7 +222,8 @@ def _measured_ratio(table: Table, column: Column, stress: NDArray[np.float64], c
             raise InputError(f"{place} is a {measured}, and a confining_pressure in Pa was expected to make it a stress ratio.")
     elif np.max(stress) >= 3.0:
         raise InputError(f"{place} reaches a ratio q/p of {np.max(stress):g}, and less than 3 was expected, where the lateral stress vanishes.")
-    ratio = measure.ratio(stress, confining_pressure)
+    # Where none is given, none is looked at.
+    ratio = measure.ratio(stress, np.nan if confining_pressure is None else confining_pressure)
     _refuse_too_large(table, column, ratio, confining_pressure if measure.needs_confining_pressure else None)
     return ratio
 

@@ -19,8 +19,11 @@ def stage_column(table: Table) -> int | None:
 
 def stages(table: Table) -> dict[str, list[int]]:
     """The rows (by index) of each stage, by its number or word as the file has it; empty for a file without a column of stages."""
-    index, found = stage_column(table), {}
-    for at, row in enumerate(table.rows) if index is not None else ():
+    index = stage_column(table)
+    if index is None:
+        return {}
+    found: dict[str, list[int]] = {}
+    for at, row in enumerate(table.rows):
         if name := _name(row.cell(index)):
             found.setdefault(name, []).append(at)
     return found

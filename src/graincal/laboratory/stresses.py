@@ -20,12 +20,12 @@ def weights(wanted: Sequence[float], forms: Sequence[Sequence[float]]) -> NDArra
     if not forms:
         return None
     given, target = np.array(forms, dtype=np.float64), np.array(wanted, dtype=np.float64)
-    found = np.linalg.lstsq(given.T, target, rcond=None)[0]
+    found = np.asarray(np.linalg.lstsq(given.T, target, rcond=None)[0], dtype=np.float64)
     if np.max(np.abs(given.T @ found - target)) > 1e-9:
         return None
     # One column alone, where it is the wanted stress: its digits stay as they are printed.
     own = np.flatnonzero(np.max(np.abs(given - target), axis=1) < 1e-12)
-    return np.eye(len(given))[own[0]] if own.size else found
+    return np.eye(len(given), dtype=np.float64)[own[0]] if own.size else found
 
 
 def contradiction(stresses: Mapping[str, NDArray[np.float64]]) -> float:

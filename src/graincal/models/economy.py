@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -23,7 +23,9 @@ PRECISIONS = ("float64", "float32")
 """Of forces, velocities, the contacts' memory and the sums over one particle's contacts. Positions and what is found from them alone are float64 in
 either, and so are sums over a packing, but for blocks of up to 64 pairs of which the stress is made."""
 
-ACCURACIES: dict[str, dict[str, Any]] = {
+Accuracy = Literal["standard", "reference"]
+
+ACCURACIES: dict[Accuracy, dict[str, Any]] = {
     "standard": {"time_step_bound": "contact", "mass_exponent": 1.0, "precision": "float32"},
     "reference": {"time_step_bound": "grain", "mass_exponent": 3.0, "precision": "float64"},
 }
@@ -52,7 +54,7 @@ class Economy:
     strain_ramp: the share of each strain increment over which its rate rises, and over which it falls again, from 0 to 0.5.
     """
 
-    accuracy: str = next(iter(ACCURACIES))
+    accuracy: Accuracy = next(iter(ACCURACIES))
     time_step_bound: str | None = None
     mass_exponent: float | None = None
     precision: str | None = None
@@ -75,13 +77,12 @@ class Economy:
         """The fewest options that say what is in effect, with their values: the accuracy, unless it is the default, and what departs from it."""
         settings = self.settings
         others = {name: value for name, value in settings.items() if name not in ACCURACIES[self.accuracy] and value != getattr(Economy, name)}
-        fewest = None
+        candidates = []
         for accuracy, stands_for in ACCURACIES.items():
             said = {} if accuracy == Economy.accuracy else {"accuracy": accuracy}
             said |= {name: settings[name] for name, value in stands_for.items() if settings[name] != value}
-            if fewest is None or len(said) < len(fewest):
-                fewest = said
-        return fewest | others
+            candidates.append(said)
+        return min(candidates, key=len) | others
 
     @property
     def economy(self) -> _native.Economy:
@@ -97,7 +98,7 @@ class Economy:
                 raise InputError(f"{name} must be {' or '.join(map(repr, choices))}, not {value!r}{did_you_mean(value, choices)}.")
         for name, (fits, words) in _NUMBERS.items():
             value = self.setting(name)
-            if not (isinstance(value, Real) and np.isfinite(value) and fits(value)):
+            if not (isinstance(value, Real) and np.isfinite(float(value)) and fits(value)):
                 raise InputError(f"{name} must be a number {words}, not {value!r}.")
 
 

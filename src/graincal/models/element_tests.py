@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -26,7 +26,7 @@ class _AxialTest(StressPathTest):
     """A path that is driven by axial strain: `path(confining_pressure, axial_strains)` gives its stages."""
 
     controls = STRAINS
-    path: ClassVar[Callable[[float, Sequence[float]], list[_native.Stage]]]
+    path: ClassVar[staticmethod[[float, stress_path.Values], list[_native.Stage]]]
 
     def stages(self, confining_pressure: float, at: NDArray[np.float64]) -> list[_native.Stage]:
         """Consolidation, and a recorded state at each axial strain."""
@@ -107,7 +107,7 @@ class TableTest(StressPathTest):
     confining_pressure: Pa, of an isotropic consolidation before the table's first row; None for none.
     """
 
-    confining_pressure: float | None = None
+    confining_pressure: float | None = None  # type: ignore[assignment]  # the one test that may have none, which `optional` says
     table: StressPathTable = field(kw_only=True)
 
     kind = "table"

@@ -64,7 +64,7 @@ class EngineWork:
             return watch is not None and not self._too_many_flagged(columns, len(columns["flagged"])) and watch(test.response_of(columns, self.states))
 
         runs = run_batch(
-            test.packing,
+            test.first_packing,
             [test.contact_law(theta)],
             test.stages_through(self.states),
             density=float(for_engine(DENSITY * test.scaling, test.unit_of_stress)),
@@ -80,7 +80,7 @@ class EngineWork:
 
     def _outcome(self, run: Run) -> Response | Failure:
         test, flagged = self.test, int(run.columns["flagged"].sum())
-        details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * test.packing.count}
+        details = {"steps": run.steps, "seconds": run.seconds, "particle_steps": run.steps * test.first_packing.count}
         details |= {"states": len(run.columns["flagged"]), "flagged": flagged, "consolidation_flagged": int(run.consolidation_flagged)}
         if run.status not in ("finished", "stopped"):
             return Failure(run.status, _FAILURES[run.status].format(limit=test.step_limit) + f" (after {run.steps} steps).", details)

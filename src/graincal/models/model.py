@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -51,9 +51,10 @@ class Model(ABC):
         return _outcomes(run(tasks, workers or "all"))
 
 
-def _outcomes(ended: Iterator[Ended]) -> Outcomes:
+def _outcomes(ended: Generator[Ended]) -> Outcomes:
     try:
         for each in ended:
+            assert isinstance(each.task.name, int), "`evaluate` names a task by its row"
             yield each.task.name, each.outcome
     finally:
         # Not left to the garbage collector: what is under way is stopped now.

@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from graincal.data import LONGEST_NAME, InputError
 from graincal.notation.printable import as_text, printable
@@ -34,7 +35,7 @@ def find_function(name: str, folder: Path | None = None) -> Callable:
             where = f"in {folder} or among the installed packages" if folder else "among the installed packages"
             raise InputError(f"function {name}: there is no module {module_name} {where}.") from None
         raise InputError(f"function {name}: importing {module_name} failed ({describe_exception(error)}).") from error
-    function = module
+    function: Any = module
     for part in attribute.split("."):
         function = getattr(function, part, None)
     if not callable(function):
@@ -52,6 +53,7 @@ def _load(name: str, folder: Path | None) -> ModuleType:
     key = f"{name} of {path.resolve()}"
     if key not in sys.modules:
         spec = importlib.util.spec_from_file_location(key, path)
+        assert spec is not None and spec.loader is not None, "a .py file has a loader"
         sys.modules[key] = importlib.util.module_from_spec(spec)
         try:
             spec.loader.exec_module(sys.modules[key])

@@ -26,9 +26,9 @@ def write_pictures(test: StressPathTest, theta: NDArray[np.float64], at: ArrayLi
     The run is step by step that of `test.simulate`. states.csv says which control value each picture is of; picture 0 is the packing as it was given, before any step.
     Raises InputError where the simulation fails, and where the folder cannot be written.
     """
-    states = test.states(at)
+    states, packing = test.states(at), test.first_packing
     simulation = _native.Simulation(
-        test.packing.positions, test.packing.radii, test.packing.edges, test.contact_law(theta), float(for_engine(DENSITY * test.scaling, test.unit_of_stress)),
+        packing.positions, packing.radii, packing.edges, test.contact_law(theta), float(for_engine(DENSITY * test.scaling, test.unit_of_stress)),
         precision=test.setting("precision"), economy=test.economy,
     )  # fmt: skip
     stages = test.stages_through(states)

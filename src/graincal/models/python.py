@@ -79,7 +79,8 @@ class PythonModel(Model):
             _FOUND.add((self.function, self.folder))
 
     def _work(self, at: ArrayLike) -> FunctionWork:
-        at = np.asarray(at, dtype=np.float64)
-        if self.control is not None and not covers(self.control, at):
-            raise InputError(f"the model covers the control values {span(self.control)}, and {span(at)} are asked for.")
-        return FunctionWork(self.function, self.folder, at if self.control is None else self.control, self.timeout, self.executor)
+        asked = np.asarray(at, dtype=np.float64)
+        control = asked if self.control is None else np.asarray(self.control, dtype=np.float64)
+        if not covers(control, asked):
+            raise InputError(f"the model covers the control values {span(control)}, and {span(asked)} are asked for.")
+        return FunctionWork(self.function, self.folder, control, self.timeout, self.executor)

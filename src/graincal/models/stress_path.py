@@ -121,7 +121,7 @@ class StressPathTest(Economy, Model):
             value = getattr(self, name)
             if value is None and name in ("density_scaling", "inertial_number", *self.optional):
                 continue
-            if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
+            if not (isinstance(value, Real) and np.isfinite(float(value)) and float(value) > 0):
                 raise InputError(f"{name} must be a positive number, not {value!r}.")
         if self.confining_pressure is not None and (wrong := impossible_pressure("confining_pressure", self.confining_pressure)):
             raise InputError(wrong)
@@ -166,7 +166,7 @@ class StressPathTest(Economy, Model):
 
     def on_siblings(self, count: int, threads: int = 1) -> StressPathTest:
         """The test spread over `count` packings like its first, which are prepared where they are not cached: sample by sample, by the ids. Raises InputError where none can be."""
-        packings = siblings(self.packing, count, threads)
+        packings = siblings(self.first_packing, count, threads)
         return replace(self, packing=packings[0], packings=packings)
 
     def _check_rests(self) -> None:
@@ -180,6 +180,11 @@ class StressPathTest(Economy, Model):
             raise InputError(f"rest_every must be a strain from {low:g} to {high:g}, a fraction and not percent, not {every!r}.")
 
     @property
+    def first_packing(self) -> Packing:
+        """The packing, of several the first."""
+        return self.packings[0]
+
+    @property
     def unit_of_stress(self) -> float:
         """Pa: what the test is the same in units of, its confining pressure."""
         return self.confining_pressure
@@ -189,7 +194,7 @@ class StressPathTest(Economy, Model):
         """The factor on the grains' density that is in effect."""
         if self.density_scaling is not None:
             return float(self.density_scaling)
-        return float(density_scaling_of(self.packing, self.unit_of_stress, self.density["inertial_number"]))
+        return float(density_scaling_of(self.first_packing, self.unit_of_stress, self.density["inertial_number"]))
 
     @property
     def density(self) -> dict[str, float]:
@@ -208,7 +213,7 @@ class StressPathTest(Economy, Model):
     @property
     def inertia(self) -> float:
         """The inertial number of axial loading that is in effect."""
-        return self.density.get("inertial_number", float(inertial_number(self.packing, self.unit_of_stress, self.scaling)))
+        return self.density.get("inertial_number", float(inertial_number(self.first_packing, self.unit_of_stress, self.scaling)))
 
     @property
     def density_in_words(self) -> str:
@@ -265,7 +270,7 @@ class StressPathTest(Economy, Model):
         alone = [EngineWork(test, states) for test in self.alone]
         lengths = relative_run_lengths(self.steps_exponent, theta)
         work = [alone[id % len(alone)] for id in samples.ids]
-        return [Task(each, values, cost=float(length) * each.test.packing.count) for each, values, length in zip(work, theta, lengths)]
+        return [Task(each, values, cost=float(length) * each.test.first_packing.count) for each, values, length in zip(work, theta, lengths)]
 
     @property
     def steps_exponent(self) -> float:
@@ -280,7 +285,7 @@ class StressPathTest(Economy, Model):
         """About what runs of samples cost, (N,): the grains times the steps. Between two rests the steps go with a power of the modulus over the pressure, and against the inertial number."""
         moduli = 10.0 ** self.arrange(samples)[:, 0]
         steps = len(self.states(at)) * self.steps_between_rests(moduli / self.unit_of_stress) * INERTIAL_NUMBER / self.inertia
-        return self.packing.count * steps
+        return self.first_packing.count * steps
 
     def simulate(self, thetas: ArrayLike, at: ArrayLike, threads: int | None = None) -> list[Response | Failure]:
         """Simulate each row of thetas (N, n), in the order of `parameters` less the fixed ones; returns the outcomes in that order, at the control values `at` (T,)."""
@@ -294,8 +299,9 @@ class StressPathTest(Economy, Model):
 
     def states(self, at: ArrayLike) -> NDArray[np.float64]:
         """The control values (S,) of the states at which the test rests on its way through all of `at` (T,). Raises InputError for what the path cannot reach."""
-        if self.control in STRAINS:
-            return strains_at_rest(checked_strains(at), self.strain_between_rests)
+        every = self.strain_between_rests
+        if every is not None:
+            return strains_at_rest(checked_strains(at), every)
         return stresses_at_rest(checked_stresses(at, self.control), self.confining_pressure)
 
     def stages_through(self, states: NDArray[np.float64]) -> list[_native.Stage]:
@@ -331,7 +337,7 @@ class StressPathTest(Economy, Model):
             "axial_stress": c["stress_zz"],
             "lateral_stress": lateral,
             "stress_ratio": stress_ratio,
-            "void_ratio": c["volume"] / self.packing.solid_volume - 1,
+            "void_ratio": c["volume"] / self.first_packing.solid_volume - 1,
             "mean_stress": (c["stress_xx"] + c["stress_yy"] + c["stress_zz"]) / 3,
             "deviatoric_stress": c["stress_zz"] - lateral,
         }
@@ -340,7 +346,9 @@ class StressPathTest(Economy, Model):
 def unusual(test: StressPathTest) -> list[str]:
     """What is to be said of a test that is far from quasi-static, or at a pressure, or with a fixed modulus, that another unit was probably meant for."""
     pressure, inertia = test.confining_pressure, test.inertia
-    said = [f"the inertial number is {inertia:.3g}; above {QUASI_STATIC:g} the grains' inertia changes the curve."] if inertia > QUASI_STATIC else []
+    said: list[str | None] = (
+        [f"the inertial number is {inertia:.3g}; above {QUASI_STATIC:g} the grains' inertia changes the curve."] if inertia > QUASI_STATIC else []
+    )
     said += [unusual_pressure("confining_pressure", pressure)] if pressure is not None else []
     said += [unusual_pressure("a turn", turn) for turn in getattr(test, "turns", ())]
     said += unusual_parameters({f"fixed.{name}": (value,) for name, value in test.fixed.items()})

@@ -107,7 +107,7 @@ def _meant(text: str) -> str:
     return ""
 
 
-def _depth(node: ast.expr) -> int:
+def _depth(node: ast.AST) -> int:
     """How many nodes lie within one another at the most."""
     depth, level = 0, [node]
     while level:
@@ -178,17 +178,18 @@ def _parts(node: ast.expr) -> list[ast.expr]:
 
 def _value(node: ast.expr, values: Mapping[str, Value]) -> Value:
     match node:
-        case ast.Constant():
+        case ast.Constant(value=int() | float() as number):
             # A float: whole numbers of any length would take any time.
-            return np.float64(node.value)
+            return np.float64(number)
         case ast.Name():
             return values[node.id]
-        case ast.Call():
-            return FUNCTIONS[node.func.id](*(_value(argument, values) for argument in node.args))
+        case ast.Call(func=ast.Name(id=name)):
+            return FUNCTIONS[name](*(_value(argument, values) for argument in node.args))
         case ast.IfExp():
-            return np.where(_value(node.test, values), _value(node.body, values), _value(node.orelse, values))[()]
+            return np.asarray(np.where(_value(node.test, values), _value(node.body, values), _value(node.orelse, values)))[()]
         case ast.Compare():
             found = [_value(part, values) for part in _parts(node)]
             return reduce(np.logical_and, [_OPERATORS[type(op)](left, right) for op, left, right in zip(node.ops, found, found[1:])])
+    assert isinstance(node, (ast.BinOp, ast.UnaryOp, ast.BoolOp)), "anything else was refused as it was read"
     found = [_value(part, values) for part in _parts(node)]
     return reduce(_OPERATORS[type(node.op)], found) if len(found) > 1 else _OPERATORS[type(node.op)](found[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 _BLOCKS = "▁▂▃▄▅▆▇█"
 
@@ -20,7 +21,7 @@ def sparkline(values: Sequence[float], low: float | None = None, high: float | N
     return "".join(_BLOCKS[round(share * (len(_BLOCKS) - 1))] if np.isfinite(share) else " " for share in shares)
 
 
-def resample(control: Sequence[float], values: Sequence[float], width: int = 40) -> list[float]:
+def resample(control: NDArray[np.float64], values: NDArray[np.float64], width: int = 40) -> list[float]:
     """The values at `width` evenly spaced controls."""
     return np.interp(np.linspace(control[0], control[-1], width), control, values).tolist()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from graincal.campaign import Experiment
 from graincal.campaign.found.record import Record
 from graincal.data import Reference, Samples
 from graincal.models import Model, StressPathTest, TableTest, TriaxialTest
+from graincal.models.compression import CompressionTest
 from graincal.models.contact_laws import DEFAULT_LAW
 from graincal.models.stress_path import STRAINS
 from graincal.notation.toml import read_toml
@@ -25,7 +27,7 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
     """The line for one sample of a built-in test: over the strains of a reference in steps as wide as the reference's, or to its stresses. at: the
     calibration file whose reference it is compared with, at that one's own strains."""
     theta = dict(zip(test.parameters, test.arrange(samples)[0]))
-    words = ["graincal", "simulate", test.kind, "--packing", _from_anywhere(test.packing.name) if from_file(test) else PLACEHOLDER]
+    words = ["graincal", "simulate", test.kind, "--packing", _from_anywhere(test.first_packing.name) if from_file(test) else PLACEHOLDER]
     if test.confining_pressure is not None:
         words += ["--confining-pressure", f"{test.confining_pressure:.8g}"]
     for name, value in theta.items():
@@ -45,7 +47,7 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
 def pack_command(experiment: Experiment, source: str, output: str = PLACEHOLDER) -> str | None:
     """The line that makes the packing that a calibration file (its text, `source`) has prepared for an experiment; None for one from elsewhere."""
     entries = read_toml(source).get("experiment", [])
-    model = next((entry["model"] for entry in entries if entry["name"] == experiment.name), {})
+    model: dict[str, Any] = next((entry["model"] for entry in entries if entry["name"] == experiment.name), {})
     if "particles" not in model:
         return None
     words = ["graincal", "pack", "--particles", str(model["particles"]), "--void-ratio", f"{model['void_ratio']:.8g}"]
@@ -67,7 +69,7 @@ def _path(test: StressPathTest, control: NDArray[np.float64]) -> list[str]:
 
 def _with_turns(test: StressPathTest, control: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rows of a path with those at which it turns around, which it is not told otherwise."""
-    if test.control != POSITION:
+    if not isinstance(test, CompressionTest) or test.control != POSITION:
         return control
     turned = positions(test.turns_in_units, 1.0)
     rows = np.union1d(control, turned[turned < control[-1]])
@@ -79,13 +81,15 @@ def _with_turns(test: StressPathTest, control: NDArray[np.float64]) -> NDArray[n
 def comparison(result: Record, experiment: Experiment) -> str:
     """The calibration file that --at finds the reference of an experiment in, which is then the only one that it may mean; empty where there is none."""
 
-    def may_be_meant(model: Model) -> bool:
-        return not isinstance(model, StressPathTest) or (
-            isinstance(model, TriaxialTest) and np.isclose(model.confining_pressure, experiment.model.confining_pressure)
-        )
+    compared = experiment.model
+    if not isinstance(compared, TriaxialTest) or experiment.reference.control_name != "axial_strain":
+        return ""
+    pressure = compared.confining_pressure
 
-    compared = isinstance(experiment.model, TriaxialTest) and experiment.reference.control_name == "axial_strain"
-    alone = compared and sum(may_be_meant(each.model) for each in result.experiments) == 1
+    def may_be_meant(model: Model) -> bool:
+        return not isinstance(model, StressPathTest) or (isinstance(model, TriaxialTest) and bool(np.isclose(model.confining_pressure, pressure)))
+
+    alone = sum(may_be_meant(each.model) for each in result.experiments) == 1
     return result.calibration.file if alone else ""
 
 
@@ -96,4 +100,4 @@ def _from_anywhere(name: str) -> str:
 
 def from_file(test: StressPathTest) -> bool:
     """Whether the test's packing was read from a file, whose path is then its name."""
-    return test.packing.name.endswith(".csv")
+    return test.first_packing.name.endswith(".csv")

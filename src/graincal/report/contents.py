@@ -108,7 +108,7 @@ def _compose_identified(page: Page, result: Record, emulated: Emulated) -> None:
     """The tables of the method "posterior"."""
     page.table(tables.of_identified(emulated, verdict.verdicts(emulated)))
     page.paragraph(tables.of_prior(result), "note")
-    page.paragraph([verdict.fits_rule(result.fits_about_as_well)], "note")
+    page.paragraph([verdict.fits_rule(emulated.fits)], "note")
     if informing := tables.of_informing(emulated):
         page.paragraph(
             ["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."]
@@ -161,4 +161,5 @@ def _rules(result: Record, emulated: Emulated | None) -> list[str]:
     if emulated:
         return [verdict.rule(result.space), verdict.emulator_rule(), errors_rule()]
     findings = () if result.has_posterior else find(result.space, result.iterations, result.truth)
-    return [*([rule(findings, close_fits(result.iterations))] if findings else []), errors_rule()]
+    close = close_fits(result.iterations)
+    return [*([rule(findings, close)] if findings and close is not None else []), errors_rule()]

@@ -34,7 +34,7 @@ _RING = Style(VERMILLION, symbol="ring", size=14)
 
 def draw_bands(emulated: Emulated) -> Figure:
     """Reference and runs at the answer, with the bands of the mean response and of a measurement, for each observable of each experiment; and what was recorded beside them."""
-    result, answer = emulated.result, emulated.result.answer
+    result, answer = emulated.result, emulated.answer
     panels = []
     for number, experiment in enumerate(result.experiments):
         axis, x = control_axis(experiment)
@@ -43,9 +43,10 @@ def draw_bands(emulated: Emulated) -> Figure:
         states = on_axis(experiment, found.control)
         for place, name in enumerate(experiment.reference.names):
             shown = quantity(name)
+            (lowest, highest), (low, high) = (shown.scale * ends[:, :, place] for ends in (found.measurement, found.response))
             marks: list[Mark] = [
-                *bands(states, *(shown.scale * found.measurement[:, :, place]), MEASURED, f"{_MOST} of measurements"),
-                *bands(states, *(shown.scale * found.response[:, :, place]), BAND, f"{_MOST} of mean responses"),
+                *bands(states, lowest, highest, MEASURED, f"{_MOST} of measurements"),
+                *bands(states, low, high, BAND, f"{_MOST} of mean responses"),
             ]
             marks += [Line(on_axis(experiment, run.control), run.values[name] * shown.scale, ANSWER, "runs at the answer") for run in runs]
             marks.append(measured_points(experiment, name, x))
@@ -59,13 +60,13 @@ def draw_bands(emulated: Emulated) -> Figure:
     if result.recorded_names:
         caption += f" {UNSEEN} No emulator knows it: its band is the range of the runs that fit about as well, and responses beyond it may fit, too."
     caption += _on_bands(emulated)
-    shown, cut = in_sight(panels)
+    in_view, cut = in_sight(panels)
     caption += f" {cut}" if cut else ""
     if np.isfinite(answer.mean):
         title = f"The answer's responses are {numbers.repeated(answer.mean, answer.spread)} % from the reference."
     else:
         title = "What the posterior expects of the responses."
-    return Figure("responses", title, caption, shown, columns=side_by_side(result))
+    return Figure("responses", title, caption, in_view, columns=side_by_side(result))
 
 
 def _on_bands(emulated: Emulated) -> str:
@@ -154,7 +155,7 @@ def _axis(emulated: Emulated, k: int, label: str) -> Axis:
     """Over nearly all of the posterior, the answer, and the truth where it is known."""
     space, result = emulated.result.space, emulated.result
     low, high = emulated.posterior.interval(0.998)[:, k]
-    values = [low, high, result.answer.theta[k], result.truth.get(space.names[k], low)]
+    values = [low, high, emulated.answer.theta[k], result.truth.get(space.names[k], low)]
     low, high = float(min(values)), float(max(values))
     return axis_of_parameter(space, k, label, low, high)
 
@@ -163,7 +164,7 @@ def _panel(emulated: Emulated, axes: list[Axis], row: int, column: int) -> Panel
     x = axes[column] if row == len(axes) - 1 else bare(axes[column])
     if column == row:
         return Panel("", x, Axis(ticks=()), _histogram(emulated, row, axes[row]))
-    space, theta, answer = emulated.result.space, emulated.theta, emulated.result.answer.theta
+    space, theta, answer = emulated.result.space, emulated.theta, emulated.answer.theta
     marks = (
         *ends(space, column, axes[column], upright=True),
         *ends(space, row, axes[row], upright=False),

@@ -67,14 +67,14 @@ def _of_experiment(emulated: Emulated, number: int) -> ErrorTerms:
 def _residual(emulated: Emulated, number: int, covariance: NDArray[np.float64]) -> float:
     """Of the runs at the answer, or of what is emulated there before it was run."""
     result, reference = emulated.result, emulated.result.knowledge.kept[number]
-    rows = np.searchsorted(result.ids, result.answer.samples) + result.knowledge.before
+    rows = np.searchsorted(result.ids, emulated.answer.samples) + result.knowledge.before
     runs = result.knowledge.evaluations.responses[number][rows]
     runs = runs[np.isfinite(runs).all(axis=(1, 2))]
     if len(runs):
         mean = columns(runs.mean(axis=0))
     else:
         emulator = emulated.emulation.emulators[number]
-        mean = columns(emulator.curves(emulator.predict(result.space.to_unit(result.answer.theta[None]))[0], len(reference.names))[0])
+        mean = columns(emulator.curves(emulator.predict(result.space.to_unit(emulated.answer.theta[None]))[0], len(reference.names))[0])
     white = scipy.linalg.solve_triangular(np.linalg.cholesky(covariance), columns(reference.values) - mean, lower=True)
     return float(np.sqrt(np.mean(white**2)))
 

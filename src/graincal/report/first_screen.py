@@ -68,7 +68,7 @@ def state(result: Record) -> list[str]:
 def doubts(result: Record, emulated: Emulated | None) -> list[str]:
     """Why not to trust it, the first few."""
     # That the posterior has not settled is the state, which stands before.
-    found = [each.text for each in remarks(result, emulated and emulated.known) if each.level == "doubt" and each.code != "preliminary"]
+    found = [each.text for each in remarks(result, emulated.known if emulated else None) if each.level == "doubt" and each.code != "preliminary"]
     more = len(found) - _DOUBTS
     return found[:_DOUBTS] + ([f"{numbers.count(more, 'more doubt')}, under “What was found”."] if more > 0 else [])
 
@@ -90,16 +90,16 @@ def of_answer(result: Record, emulated: Emulated | None) -> Table:
 
 def _compose_lines(page: Page, result: Record) -> None:
     """The lines that use the answer, in each experiment with a built-in test."""
-    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
+    tests = [(experiment, experiment.model) for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
     candidate = answer_of(result)
     if not tests or candidate is None:
         return
     with page.group("lines"):
         page.heading("Simulate it again")
-        titles = " and ".join(dict.fromkeys(experiment.model.title for experiment in tests))
+        titles = " and ".join(dict.fromkeys(model.title for _, model in tests))
         page.paragraph([f"The {name_of_answer(result)} in the built-in {titles}, to paste into a terminal:"])
-        for experiment in tests:
-            page.command(simulate_command(experiment.model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment)))
+        for experiment, model in tests:
+            page.command(simulate_command(model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment)))
         _compose_packings(page, result)
         for program in PROGRAMS:
             texts = (
@@ -113,9 +113,9 @@ def _compose_lines(page: Page, result: Record) -> None:
 
 def _compose_packings(page: Page, result: Record) -> None:
     """Where the packings of these lines are from."""
-    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
-    packed = {experiment.name: line for experiment in tests if (line := pack_command(experiment, result.calibration.source))}
-    unnamed = not all(from_file(experiment.model) or experiment.name in packed for experiment in tests)
+    tests = [(experiment, experiment.model) for experiment in result.experiments if isinstance(experiment.model, StressPathTest)]
+    packed = {experiment.name: line for experiment, _ in tests if (line := pack_command(experiment, result.calibration.source))}
+    unnamed = not all(from_file(model) or experiment.name in packed for experiment, model in tests)
     with page.folded("Its packing, and its scatter", level=3):
         page.paragraph(
             [

@@ -48,7 +48,7 @@ def draw_pairs(result: Record) -> Figure | None:
     if n == 1:
         panel = Panel("", axes[0], Axis("share of the weight [-]"), _histogram(result, iteration, 0, axes[0]))
         return Figure("posterior", title, "A weighted histogram over the iteration's samples, not over the whole range.", (panel,))
-    groups = find_groups(result.space, result.posterior)
+    groups = find_groups(result.space, iteration.posterior)
     caption = (
         f"Axes span the iteration's samples{' and the truth' if result.truth else ''}, not the whole ranges; grey lines are ends of a range. Diagonal: weighted histograms. "
         "Below it: the larger and darker a sample, the more weight it carries. Above it: Pearson correlations under the weights, "
@@ -125,10 +125,15 @@ def few_powers(low: float, high: float) -> tuple[tuple[float, str], ...]:
 
 def histogram(samples: NDArray[np.float64], weights: NDArray[np.float64], bins: int, axis: Axis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The weight in each of so many bins along an axis, (B,), and the edges of these, (B + 1,)."""
-    low, high = axis.limits
+    low, high = _limits(axis)
     if not axis.log:
-        return np.histogram(samples, bins=bins, range=axis.limits, weights=weights)
+        return np.histogram(samples, bins=bins, range=(low, high), weights=weights)
     return np.histogram(samples, bins=np.geomspace(low, high, bins + 1), weights=weights)
+
+
+def _limits(axis: Axis) -> tuple[float, float]:
+    assert axis.limits is not None, "the axis of a parameter has limits"
+    return axis.limits
 
 
 def bars(edges: NDArray[np.float64], heights: NDArray[np.float64], style: Style, axis: Axis) -> Bars | Band:
@@ -141,7 +146,7 @@ def bars(edges: NDArray[np.float64], heights: NDArray[np.float64], style: Style,
 
 def ends(space: ParameterSpace, k: int, axis: Axis, *, upright: bool) -> list[Level]:
     """The ends of the range, where they are in sight."""
-    low, high = axis.limits
+    low, high = _limits(axis)
     return [Level(float(end), LIMIT, upright=upright) for end in (space.low[k], space.high[k]) if low < end < high]
 
 
@@ -174,6 +179,7 @@ def _histogram(result: Record, iteration: Iteration, k: int, axis: Axis) -> tupl
 def _scatter(space: ParameterSpace, iteration: Iteration, axes: list[Axis], row: int, column: int) -> tuple[Level | Points, ...]:
     x, y = iteration.samples.theta[:, column], iteration.samples.theta[:, row]
     weights, top = iteration.final_weights, iteration.most_probable
+    assert top is not None, "an iteration with weights has a heaviest sample"
     # The heaviest on top.
     order = [i for i in np.argsort(weights, kind="stable") if not iteration.failed[i]]
     relative = weights[order] / weights.max()

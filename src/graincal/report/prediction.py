@@ -44,6 +44,7 @@ class OtherPressure:
     """
 
     experiment: Experiment
+    calibrated_test: TriaxialTest
     test: TriaxialTest
     candidate: Candidate
     calibrated: Response
@@ -60,13 +61,14 @@ def predict_response(result: Record, factor: float | None) -> OtherPressure | No
     None without a factor or a triaxial experiment.
     """
     candidate = answer_of(result)
-    tests = [experiment for experiment in result.experiments if isinstance(experiment.model, TriaxialTest)]
+    tests = [(experiment, experiment.model) for experiment in result.experiments if isinstance(experiment.model, TriaxialTest)]
     if not (factor and tests and candidate):
         return None
-    experiment = max(tests, key=lambda each: each.model.confining_pressure)
+    experiment, calibrated_test = max(tests, key=lambda each: each[1].confining_pressure)
     calibrated = result.response(candidate.sample, experiment.name)
-    test = replace(experiment.model, confining_pressure=factor * experiment.model.confining_pressure)
-    found = OtherPressure(experiment, test, candidate, calibrated)
+    assert isinstance(calibrated, Response), "a sample with an error has a response"
+    test = replace(calibrated_test, confining_pressure=factor * calibrated_test.confining_pressure)
+    found = OtherPressure(experiment, calibrated_test, test, candidate, calibrated)
     costs = _costs(result, found)
     without_band = _without_band(result, found, costs)
     if without_band:
@@ -81,7 +83,7 @@ def _costs(result: Record, found: OtherPressure) -> Array:
         return np.empty(0)
     number, at = result.number(found.experiment.name), found.experiment.reference.control
     costs = found.test.expected_particle_steps(result.space.seen_by(number, draw(result.posterior, DRAWS)), at)
-    return costs / found.experiment.model.expected_particle_steps(as_samples(result, found.candidate, found.experiment), at)
+    return costs / found.calibrated_test.expected_particle_steps(as_samples(result, found.candidate, found.experiment), at)
 
 
 def _without_band(result: Record, found: OtherPressure, costs: Array) -> str:
@@ -125,7 +127,7 @@ def _drawn(result: Record, found: OtherPressure, times_steps: float) -> Predicti
     rows = result.derived(f"prediction by {DRAWS} draws at {test.confining_pressure!r}", table)
     if rows is None:
         return failed[0]
-    values = {name: rows[name] for name in rows.dtype.names if name != THETA}
+    values = {name: rows[name] for name in rows.dtype.names or () if name != THETA}
     reference = experiment.reference
     return Prediction(reference.control_name, reference.control, rows[THETA], values, error_options=result.calibration.error_options, measured_like=reference)
 
@@ -176,7 +178,7 @@ def _kept(result: Record, name: str, simulate: Callable[[], Response | Failure])
         return _as_table({CONTROL: outcome.control, **outcome.values})
 
     rows = result.derived(name, table)
-    return failures[0] if rows is None else Response(rows[CONTROL], {name: rows[name] for name in rows.dtype.names if name != CONTROL})
+    return failures[0] if rows is None else Response(rows[CONTROL], {name: rows[name] for name in rows.dtype.names or () if name != CONTROL})
 
 
 def draw_other_pressure(prediction: OtherPressure | None) -> Figure | None:
@@ -184,7 +186,7 @@ def draw_other_pressure(prediction: OtherPressure | None) -> Figure | None:
     if prediction is None or (prediction.response is None and prediction.drawn is None):
         return None
     experiment = prediction.experiment
-    predicted, calibrated = (numbers.pressure(pressure) for pressure in (prediction.test.confining_pressure, experiment.model.confining_pressure))
+    predicted, calibrated = (numbers.pressure(pressure) for pressure in (prediction.test.confining_pressure, prediction.calibrated_test.confining_pressure))
     axis, x = control_axis(experiment)
     scale = quantity(experiment.reference.control_name).scale
     panels = []
@@ -202,10 +204,10 @@ def draw_other_pressure(prediction: OtherPressure | None) -> Figure | None:
             Points(x, values * shown.scale, REFERENCE, f"reference at {calibrated}"),
         )
         panels.append(Panel(title, axis, Axis(shown.axis), marks))
-    shown, cut = in_sight(panels)
+    in_view, cut = in_sight(panels)
     caption = f"{_caption(prediction, predicted)} {cut}".strip()
     return Figure(
-        "prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, shown, columns=min(3, max(2, len(panels)))
+        "prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, in_view, columns=min(3, max(2, len(panels)))
     )
 
 

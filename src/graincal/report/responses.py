@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from graincal.campaign import Experiment
+from graincal.campaign.found.answer import Candidate
 from graincal.campaign.found.findings import MOST
 from graincal.campaign.found.record import Record
+from graincal.data import Response
 from graincal.drawing.figure import Array, Axis, Band, Figure, Line, Mark, Panel, Points, log_axis
 from graincal.drawing.palette import BAND, BEST, MEAN, MOST_PROBABLE, RECORDED, REFERENCE, Style, distinct
 from graincal.drawing.sight import in_sight
@@ -60,7 +62,8 @@ def measured_points(experiment: Experiment, name: str, x: Array) -> Points:
 
 def draw_fabric(result: Record) -> Figure | None:
     """Coordination number and anisotropies of the answer's or else of the best response, where the model returns them."""
-    panels = [panel for experiment in result.experiments if result.best for panel in _fabric_panels(result, experiment)]
+    best = result.best
+    panels = [panel for experiment in result.experiments for panel in _fabric_panels(result, best, experiment)] if best else []
     if not panels:
         return None
     caption = (
@@ -92,6 +95,7 @@ def bands(x: Array, low: Array, high: Array, style: Style, name: str) -> list[Ma
 def _panels(result: Record, number: int) -> list[Panel]:
     experiment = result.experiments[number]
     answer, recorded = answer_of(result), experiment.reference.recorded
+    assert answer is not None, "there is a best sample"
     errors = {**errors_of(result, answer)[number], **recorded_errors_of(result, answer)[number]}
     axis, x = control_axis(experiment)
     curves = _weighted_and_candidates(result, number)
@@ -109,19 +113,21 @@ def _weighted_and_candidates(result: Record, number: int) -> dict[str, list[Mark
     names = tuple(experiment.reference.measured)
     best, most_probable = result.best, result.most_probable
     marks: dict[str, list[Mark]] = {name: [] for name in names}
-    if most_probable:
+    posterior = result.posterior
+    if most_probable and posterior is not None:
         weighted, x = result.responses(most_probable.iteration, number), on_axis(experiment, result.states(number))
         for name in names:
-            if carried := _of_whole_curves(result.posterior, weighted[name]):
+            if carried := _of_whole_curves(posterior, weighted[name]):
                 low, high = carried.interval(PROBABILITY, of=weighted[name]) * quantity(name).scale
                 marks[name] += bands(x, low, high, BAND, MOST)
                 marks[name].append(Line(x, carried.mean(of=weighted[name]) * quantity(name).scale, MEAN, "weighted mean"))
     lines = [(best, BEST, "best"), (most_probable, MOST_PROBABLE, "most probable")]
-    if most_probable and best.sample == most_probable.sample:
+    if most_probable and best and best.sample == most_probable.sample:
         lines = [(best, BEST, "best, and most probable")]
     for candidate, style, words in lines:
         if candidate:
             response = result.response(candidate.sample, number)
+            assert isinstance(response, Response), "one with an error has a response"
             for name in names:
                 marks[name].append(Line(on_axis(experiment, response.control), response.values[name] * quantity(name).scale, style, words))
     return marks
@@ -136,9 +142,10 @@ def _of_whole_curves(posterior: Posterior, curves: Array) -> Posterior | None:
     return replace(posterior, weights=weights / weights.sum()) if weights.any() else None
 
 
-def _fabric_panels(result: Record, experiment: Experiment) -> list[Panel]:
+def _fabric_panels(result: Record, best: Candidate, experiment: Experiment) -> list[Panel]:
     mean = result.mean_response(result.answer, experiment.name) if result.answer else None
-    response = mean or result.response(result.best.sample, experiment.name)
+    response = mean or result.response(best.sample, experiment.name)
+    assert isinstance(response, Response), "the best sample has a response"
     values, (axis, _) = response.values, control_axis(experiment)
     x = on_axis(experiment, response.control)
     panels = []

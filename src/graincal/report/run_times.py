@@ -118,9 +118,9 @@ def _times(result: Record) -> Panel:
 
 
 def _counts(result: Record) -> Panel:
-    edges = np.arange(len(result.iterations) + 1) - 0.5
+    edges = np.arange(len(result.iterations) + 1, dtype=np.float64) - 0.5
     failed = np.array([iteration.failed.sum() for iteration in result.iterations], dtype=np.float64)
-    usable = np.array([len(iteration.failed) for iteration in result.iterations], dtype=np.float64) - failed
+    usable = np.array([(~iteration.failed).sum() for iteration in result.iterations], dtype=np.float64)
     marks = (Bars(edges, usable, Style(BLUE, opacity=0.35), "usable"), Bars(edges, failed, Style(GREY), "failed", base=usable))
     return Panel("Evaluations that failed", _by_iteration(result), Axis("samples"), marks)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from graincal.campaign.found.answer import Candidate
 from graincal.campaign.found.record import Record
 from graincal.drawing.figure import Array, Axis, Figure, Level, Line, Mark, Panel, Points, counting_axis, log_axis
 from graincal.drawing.palette import BEST, BLUE, FAILED, LIMIT, MOST_PROBABLE, THRESHOLD, TRUTH, VERMILLION, Style, sequence
-from graincal.inference import Iteration, Stop
+from graincal.inference import Iteration, IterativeBayesianFilter, Stop
 from graincal.inference.iterative.close_fits import close_fits
 from graincal.notation.numbers import count, percent, value
 from graincal.notation.quantities import parameters
@@ -33,7 +34,7 @@ def draw_samples(result: Record) -> Figure | None:
         marks += [_points(iteration, k, style, name) for iteration, (style, name) in zip(result.iterations, coloured)]
         if result.failures:
             marks.append(Points(result.samples[result.failed, k], np.full(result.failures, above), FAILED, "failed, no error known"))
-        rings = [(result.best, BEST, "best")]
+        rings: list[tuple[Candidate | None, Style, str]] = [(result.best, BEST, "best")]
         if result.has_posterior:
             rings = [(answer_of(result), MOST_PROBABLE, "answer"), *rings] if result.answer and len(result.answer.samples) else rings
         else:
@@ -42,7 +43,7 @@ def draw_samples(result: Record) -> Figure | None:
             if candidate:
                 ring = Style(style.colour, symbol="ring", size=12 if name == "best" else 16, width=2)
                 marks.append(Points(candidate.theta[k : k + 1], np.array([candidate.error]), ring, name))
-        if not result.has_posterior:
+        if not result.has_posterior and close is not None:
             marks.append(Level(close.limit, THRESHOLD, f"fit about as well: ε up to {percent(close.limit)}"))
         if (truth := result.truth.get(result.space.names[k])) is not None:
             marks.append(Level(truth, TRUTH, "truth", upright=True))
@@ -78,7 +79,9 @@ def draw_convergence(result: Record) -> Figure | None:
     if len(result.iterations) < 2:
         return None
     index = np.array([iteration.index for iteration in result.iterations], dtype=np.float64)
-    stop, target = result.stop, result.calibration.blank_filter().effective_sample_size
+    filter = result.calibration.blank_filter()
+    assert isinstance(filter, IterativeBayesianFilter), "of the paper's method"
+    stop, target = result.stop, filter.effective_sample_size
     gl_errors, errors, s, sizes = (
         np.array([getattr(iteration, name) for iteration in result.iterations]) for name in ("gl_error", "error", "s", "effective_sample_size")
     )

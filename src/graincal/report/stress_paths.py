@@ -29,13 +29,13 @@ def draw_stress_paths(result: Record, emulated: Emulated | None = None) -> Figur
     panels = [panel for number in range(len(result.experiments)) for panel in _panels(result, number, likely)]
     if not panels:
         return None
-    panels, cut = in_sight(panels)
+    drawn, cut = in_sight(panels)
     spread = f": the thin lines, {count(len(likely), 'run')} that fit about as well, show how far it is known" if len(likely) else ""
     caption = (
         "p′ is the mean effective stress, q the deviatoric stress, Δu the excess pore pressure where the total lateral stress is held. Points were measured, where the test has them. "
         f"A stress path has no band, for it may come to one p′ more than once{spread}."
     )
-    return Figure("stress_paths", "The undrained tests: stress path and excess pore pressure.", f"{caption} {cut}".strip(), panels, columns=2)
+    return Figure("stress_paths", "The undrained tests: stress path and excess pore pressure.", f"{caption} {cut}".strip(), drawn, columns=2)
 
 
 def _panels(result: Record, number: int, likely: NDArray[np.int64]) -> list[Panel]:

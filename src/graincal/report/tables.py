@@ -18,6 +18,7 @@ from graincal.campaign.found.findings import Finding
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.trust import has_settled
 from graincal.inference import PosteriorFilter
+from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.sampling.groups import find_groups
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.models import ByHandModel, CommandModel, StressPathTest
@@ -106,14 +107,14 @@ def of_batches(result: Record) -> Table:
             numbers.value(100 * learnt.coverage, 3),
         ]
         figures += [f"{learnt.log_evidence:.2f}" if np.isfinite(learnt.log_evidence) else "–", numbers.value(learnt.effective_runs, 2), numbers.value(best, 3)]
-        counts = [len(iteration.samples), iteration.failed.sum(), *([iteration.stopped.sum()] if some else [])]
+        counts = [len(iteration.samples), iteration.failed.sum(), *([0 if iteration.stopped is None else iteration.stopped.sum()] if some else [])]
         rows.append((str(iteration.index), *map(str, counts), *figures))
     return Table(head, tuple(rows), figures=0)
 
 
 def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
     """Each parameter: range, truth where one is known, answer, values of runs that fit about as well, interval, moments, strongest correlation and verdict."""
-    result, posterior, space, fits = emulated.result, emulated.posterior, emulated.result.space, emulated.result.fits_about_as_well
+    result, posterior, space, fits = emulated.result, emulated.posterior, emulated.result.space, emulated.fits
     head = ("parameter", "range", *(["truth"] if result.truth else []), "answer", "runs that fit")
     head += (f"{100 * PROBABILITY:.0f} % interval{'' if has_settled(result) else ' so far'}",)
     head += ("mean ± sd", "sd / prior's")
@@ -126,7 +127,7 @@ def of_identified(emulated: Emulated, verdicts: Sequence[str]) -> Table:
         if result.truth:
             row.append(numbers.short(result.truth[space.names[k]]) if space.names[k] in result.truth else "–")
         strongest = int(np.argmax(np.abs(correlation[k])))
-        row += [numbers.value(result.answer.theta[k]), numbers.between(fits.low[k], fits.high[k]), numbers.between(*interval[:, k])]
+        row += [numbers.value(emulated.answer.theta[k]), numbers.between(fits.low[k], fits.high[k]), numbers.between(*interval[:, k])]
         row += [numbers.estimate(mean[k], std[k]), f"{emulated.shrinkage[k]:.2f}"]
         row.append(f"{numbers.signed(correlation[k, strongest])} with {labels[strongest]}" if len(labels) > 1 else "–")
         rows.append((*row, verdicts[k]))
@@ -180,8 +181,10 @@ def of_failures(result: Record) -> Table | None:
 
 def of_experiments(result: Record) -> Table:
     """What was compared with what."""
-    rows = [(experiment.name, _model(experiment), _observables(experiment), " ".join(experiment.reference.notes)) for experiment in result.experiments]
-    head = ("experiment", "model", "observables, and their shares of the variance", "notes on the reference")
+    rows: list[tuple[str, ...]] = [
+        (experiment.name, _model(experiment), _observables(experiment), " ".join(experiment.reference.notes)) for experiment in result.experiments
+    ]
+    head: tuple[str, ...] = ("experiment", "model", "observables, and their shares of the variance", "notes on the reference")
     if result.has_posterior:
         head = (*head[:-1], "errors", head[-1])
         errors = ["; ".join(describe_errors(experiment.reference)) for experiment in result.experiments]
@@ -197,7 +200,8 @@ def of_provenance(result: Record) -> Table:
     settings = _settings(calibration)
     limits = {name: limit for name, limit in asdict(result.stop).items() if name in CRITERIA[calibration.method]}
     if result.has_posterior:
-        limits["max_evaluations"] = calibration.blank_filter().most_evaluations or False
+        used = calibration.blank_filter()
+        limits["max_evaluations"] = isinstance(used, PosteriorFilter) and (used.most_evaluations or False)
     stops = {name.replace("_", " "): "off" if limit is False or limit is None else f"{limit:g}" for name, limit in limits.items()}
     rows = [
         ("calibration begun", _moment(result.started)),
@@ -211,10 +215,10 @@ def of_provenance(result: Record) -> Table:
     return Table(("", ""), tuple(rows), figures=2)
 
 
-def _first_look(calibration: Calibration) -> str:
+def _first_look(calibration: Calibration, look: FirstLook) -> str:
     cheaper = [experiment.model for experiment in calibration.look.experiments] if calibration.look else []
-    counts = {numbers.count(model.packing.count, "particle") for model in cheaper if isinstance(model, StressPathTest)}
-    return f"{len(calibration.first_look.theta)} evaluations of a cheaper model" + (f" ({', '.join(sorted(counts))})" if counts else "")
+    counts = {numbers.count(model.first_packing.count, "particle") for model in cheaper if isinstance(model, StressPathTest)}
+    return f"{len(look.theta)} evaluations of a cheaper model" + (f" ({', '.join(sorted(counts))})" if counts else "")
 
 
 def _settings(calibration: Calibration) -> dict[str, str]:
@@ -222,7 +226,7 @@ def _settings(calibration: Calibration) -> dict[str, str]:
     if isinstance(used, PosteriorFilter):
         length = calibration.error_options["correlation_length"]
         return {
-            **({"first look": _first_look(calibration)} if calibration.first_look else {}),
+            **({"first look": _first_look(calibration, calibration.first_look)} if calibration.first_look else {}),
             "first batch": str(used.first_batch),
             "batch": "a quarter of the runs so far" if used.batch is None else str(used.batch),
             **({"ahead": str(used.ahead)} if used.ahead else {}),
@@ -249,8 +253,8 @@ def _model(experiment: Experiment) -> str:
     if isinstance(model, StressPathTest):
         at = f" at {numbers.pressure(model.confining_pressure)}" if model.confining_pressure is not None else ""
         return (
-            f"{model.title}{at}, {numbers.count(model.packing.count, 'particle')} "
-            f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.packing.void_ratio:.3f}, {model.density_in_words}"
+            f"{model.title}{at}, {numbers.count(model.first_packing.count, 'particle')} "
+            f"({', '.join(packing.name for packing in model.packings)}), void ratio {model.first_packing.void_ratio:.3f}, {model.density_in_words}"
             + ("" if model.law == DEFAULT_LAW else f", contact law {model.law}")
             + "".join(f", {name.replace('_', ' ')} {value}" for name, value in model.economies.items())
             + "".join(f", {name} = {value:g} fixed" for name, value in model.fixed.items())
@@ -277,7 +281,8 @@ def _listed(values: dict[str, str]) -> str:
     return ", ".join(f"{name} {value}" for name, value in values.items())
 
 
-def _moment(text: str) -> str:
+def _moment(text: str | None) -> str:
+    assert text is not None, "a store says when it was begun"
     return datetime.fromisoformat(text).astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
 
 

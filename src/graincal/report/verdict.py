@@ -50,7 +50,7 @@ def verdicts(emulated: Emulated) -> tuple[str, ...]:
 
 def found(result: Record, emulated: Emulated | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
-    return under_headings(remarks(result, emulated and emulated.known), evidence(emulated) if emulated else "")
+    return under_headings(remarks(result, emulated.known if emulated else None), evidence(emulated) if emulated else "")
 
 
 def under_headings(said: tuple[Remark, ...], of_evidence: str = "") -> tuple[tuple[str, tuple[str, ...]], ...]:

@@ -9,7 +9,8 @@ from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.findings import FEW, Finding, effective_samples, find, legend, trade_offs
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.recorded import in_words, recorded_of_answer
-from graincal.inference import sample_size_advice
+from graincal.data import ParameterSpace
+from graincal.inference import IterativeBayesianFilter, Posterior, sample_size_advice
 from graincal.inference.iterative.close_fits import close_fits
 from graincal.inference.sampling.groups import find_groups
 from graincal.notation import numbers
@@ -22,13 +23,12 @@ from graincal.report.answer import errors_of
 def found(result: Record, findings: Sequence[Finding]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was found: headings, and the paragraphs under each."""
     said = []
-    if findings:
-        said.append(
-            ("Parameters", (legend(close_fits(result.iterations), result.most_probable.iteration), *(" ".join(finding.sentences()) for finding in findings)))
-        )
-        if grouped := groups(result):
+    posterior, answer, close = result.posterior, result.most_probable, close_fits(result.iterations)
+    if findings and posterior is not None and answer is not None and close is not None:
+        said.append(("Parameters", (legend(close, answer.iteration), *(" ".join(finding.sentences()) for finding in findings))))
+        if grouped := groups(result.space, posterior):
             said.append(("Groups", (grouped,)))
-        if correlated := trade_offs(result.space, result.posterior):
+        if correlated := trade_offs(result.space, posterior):
             said.append(("Correlations", (correlated,)))
     recorded = [("Not fitted", (words,))] if (words := in_words(recorded_of_answer(result))) else []
     return (*said, ("Fit", (" ".join(fit(result)),)), *recorded, ("Grade", (" ".join(grade(result)),)), ("End", (" ".join(ending(result)),)))
@@ -43,14 +43,14 @@ def summarise(result: Record) -> str:
     return "\n".join(to_plain(text) for _, paragraphs in said for text in paragraphs)
 
 
-def groups(result: Record) -> str:
+def groups(space: ParameterSpace, posterior: Posterior) -> str:
     """The separate groups of parameter values that carry the weight; empty for a single one."""
-    found = find_groups(result.space, result.posterior)
+    found = find_groups(space, posterior)
     if not found:
         return ""
     listed = []
     for group in found:
-        centre = ", ".join(f"{shown.label} {numbers.value(value, 3)}" for shown, value in zip(parameters(result.space), group.centre))
+        centre = ", ".join(f"{shown.label} {numbers.value(value, 3)}" for shown, value in zip(parameters(space), group.centre))
         listed.append(f"{100 * group.share:.0f} % about {centre}")
     rest = 1 - sum(group.share for group in found)
     listed += [f"{100 * rest:.0f} % elsewhere"] if rest >= 0.005 else []
@@ -82,7 +82,9 @@ def fit(result: Record) -> tuple[str, ...]:
 
 def grade(result: Record) -> tuple[str, ...]:
     """The grade, and why."""
-    return (f"{result.grade.word[0].upper()}{result.grade.word[1:]}.", *result.grade.reasons)
+    found = result.grade
+    assert found is not None, "the paper's method has one"
+    return (f"{found.word[0].upper()}{found.word[1:]}.", *found.reasons)
 
 
 def ending(result: Record) -> tuple[str, ...]:
@@ -102,6 +104,7 @@ def cautions(result: Record) -> tuple[str, ...]:
     if result.posterior is None:
         return ()
     filter = result.calibration.blank_filter()
+    assert isinstance(filter, IterativeBayesianFilter), "others have other words (verdict.py)"
     said = [
         "The spreads of the weighted samples depend on the number of iterations and on the effective sample size asked for "
         f"({100 * filter.effective_sample_size:.3g} % of the samples), not on the noise of the measurement. "

@@ -31,8 +31,8 @@ def ratio_of_widths(name: str, runs: Sequence[Sequence[Response]], others: Seque
     middle = float(np.median(known))
     ratios = [each / middle for each in widths]
     rng = np.random.default_rng(0)
-    parts = [_relative_error(next(each for each in many if len(each) > 1), rng) for many in (runs, others)]
-    floor = SURE * float(np.hypot(*parts)) * float(np.median(ratios))
+    of_runs, of_others = (_relative_error(next(each for each in many if len(each) > 1), rng) for many in (runs, others))
+    floor = SURE * float(np.hypot(of_runs, of_others)) * float(np.median(ratios))
     return Values.of_finite(name, ratios, floor, " times", elsewhere=spread_at(where, [each / middle for each in known], float(np.median(ratios))))
 
 

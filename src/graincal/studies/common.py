@@ -10,7 +10,7 @@ from graincal.studies import forecast, paper
 from graincal.studies.floors import floor
 from graincal.studies.settings import BOTH, Setup, space
 from graincal.studies.study import Case, Done, calibrations
-from graincal.studies.work import Running, Work
+from graincal.studies.work import Calibrating, Parameters, Running, Work
 
 SYNTHETIC_PARTICLES, PRESSURE = 2000, 0.5e6
 
@@ -53,7 +53,8 @@ def on_synthetic_by_posterior(setup: Setup, done: Done, box: str, seeds: Iterabl
     if case.missing or alone:
         return case
     first = on_synthetic_by_posterior(setup, done, "mid", [1]).work[0]
-    return replace(case, work=tuple(replace(each, runs_of=done.folder_of(first)) for each in case.work), after=(first,))
+    learning = tuple(replace(each, runs_of=done.folder_of(first)) for each in case.work if isinstance(each, Calibrating))
+    return replace(case, work=learning, after=(first,))
 
 
 def needs_synthetic(setup: Setup) -> str:
@@ -81,7 +82,7 @@ def runs_after(
     setup: Setup,
     setting: str,
     name: str,
-    theta: Callable[[], Sequence[Sequence[float]]],
+    theta: Callable[[], Parameters],
     count: int,
     after: Case,
     *,
@@ -98,7 +99,7 @@ def _running(
     setup: Setup,
     setting: str,
     name: str,
-    theta: Callable[[], Sequence[Sequence[float]]],
+    theta: Callable[[], Parameters],
     count: int,
     times: int,
     particles: int,

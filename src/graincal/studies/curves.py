@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Sized
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ def _marks(column: str, curves: Mapping[str, Response], references: Mapping[str,
     scale = quantity(column).scale
     points = [Points(100 * each.control, scale * each.measured[column], REFERENCE, name) for name, each in references.items() if column in each.measured]
     lines = [Line(100 * run.control, scale * run.values[column], distinct(number), name) for number, (name, run) in enumerate(curves.items())]
-    return points + lines
+    return [*points, *lines]
 
 
 def difference(title: str, curves: Mapping[str, NDArray[np.float64]], strain: NDArray[np.float64], column: str) -> Panel:
@@ -43,7 +43,7 @@ def over_iterations(name: str, title: str, caption: str, series: Mapping[str, Se
     return Figure(name, title, caption, (Panel("", iterations(series.values()), Axis(label), lines),), columns=1)
 
 
-def iterations(series: Iterable[Sequence[float]]) -> Axis:
+def iterations(series: Iterable[Sized]) -> Axis:
     """The axis of the longest of some series, from iteration 0."""
     return counting_axis("iteration", 0, max(1, *(len(values) - 1 for values in series)))
 

@@ -66,10 +66,12 @@ def fit(result: Result) -> Fit | None:
 def fit_of(result: Result, sample: int) -> Fit:
     """Of one sample, by its id."""
     (row,) = np.flatnonzero(result.ids == sample)
+    response = result.response(sample)
+    assert isinstance(response, Response), "it has a weight"
     return Fit(
         result.samples[row],
         _errors(result, result.ids == sample),
-        result.response(sample),
+        response,
         result.iterations[-1].index,
         result.stopped_by or "",
         result.evaluations,
@@ -128,7 +130,9 @@ def cut(found: Sequence[Fit]) -> str:
     if not (those := [each for each in found if each.cut]):
         return ""
     how_many = "" if len(those) == len(found) else f"{len(those)} of {len(found)} "
-    return f"{how_many}cut at {those[0].last + 1} iterations"
+    first = those[0].last
+    assert first is not None, "one that is cut was cut after an iteration"
+    return f"{how_many}cut at {first + 1} iterations"
 
 
 def values(name: str, found: Sequence[Fit], quantity: str, floor: Mapping[str, float], unit: str = " %", elsewhere: Elsewhere | None = None) -> Values:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graincal.data import Reference
-from graincal.drawing.figure import Axis, Figure, Line, Panel, Points
+from graincal.drawing.figure import Axis, Figure, Line, Mark, Panel, Points
 from graincal.drawing.palette import REFERENCE, distinct
 from graincal.studies import forecast, paper
 from graincal.studies.common import at_toyoura
@@ -190,7 +190,7 @@ def _figures(at: Sequence[_At], series: Mapping[str, Sequence[float]]) -> dict[i
         references = {f"measured, {each.name}": each.reference for each in at if each.reference is not None and each.found["GL"]}
         figures[3] = over_strain("figure-03", "Toyoura sand", "The first seed of each method.", curves, references)
     if arrows := {each.name: _arrow(each) for each in at if each.found["GL"] and each.found["MC"]}:
-        marks = []
+        marks: list[Mark] = []
         for number, (named, (stress, strain)) in enumerate(arrows.items()):
             marks += [Line(stress, strain, distinct(number), f"{named}, from MC to GL"), Points(stress[:1], strain[:1], REFERENCE, "MC")]
         caption = "A line for each pressure, of the first seed; the ring at its end is the Monte Carlo filter."

@@ -28,7 +28,8 @@ class Pressures(Study):
         return [proof(setup), proof_by_posterior(setup, done), *(case for pressure in PRINTED for case in _cases(setup, done, pressure).values())]
 
     def findings(self, setup: Setup, done: Done) -> Findings:
-        lines, curves, judged = [], {}, []
+        lines, judged = [], []
+        curves: dict[str, Response] = {}
         for pressure, printed in PRINTED.items():
             cases, setting = _cases(setup, done, pressure), f"{pressure / 1e6:g} MPa"
             runs = {who: at(done.all_runs(case), STRAINS) for who, case in cases.items()}

@@ -102,7 +102,7 @@ def _conclusions(results: Sequence[Result], found: Sequence[Fit], exact: Sequenc
     own = [each[ERROR] for each in exact]
     wide = SURE * np.std(own, ddof=1) / np.sqrt(len(own)) if len(own) > 1 else None
     named = f"the mean of ε of {len(own)} runs at the exact parameters" + ("" if wide is None else f", known to ± {numbers.value(wide, 2)} %,")
-    of_exact = Values.of_finite(named, [np.mean(own)] if own else [], wide, of=NUMBER)
+    of_exact = Values.of_finite(named, [float(np.mean(own))] if own else [], wide, of=NUMBER)
     again = {
         f"Runs at the exact parameters come as near to the reference as those of another engine: their mean error is at most {EXACT_ERROR} %.": at_most(
             of_exact, EXACT_ERROR

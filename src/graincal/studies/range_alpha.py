@@ -157,7 +157,8 @@ def _grades(found: Mapping[Setting, list[Fit]]) -> Figure:
     for setting, many in found.items():
         if many:
             groups.setdefault(grade(float(np.median([each.errors[ERROR] for each in many]))), []).append((setting.width, setting.alpha))
-    marks = [Points(*np.array(groups[word]).T, style, f"{word}: {limits}") for word, (style, limits) in _GRADES.items() if word in groups]
+    at = {word: np.array(points) for word, points in groups.items()}
+    marks = [Points(at[word][:, 0], at[word][:, 1], style, f"{word}: {limits}") for word, (style, limits) in _GRADES.items() if word in groups]
     panel = Panel("", Axis("width of the range of log E [log_{10} Pa]", (0, 10)), Axis("α", (0, 35)), tuple(marks))
     return Figure("figure-17", "Which settings end in a good fit", "The median over seeds of the error ε of the calibrated parameters.", (panel,), columns=1)
 

@@ -35,7 +35,9 @@ class Plan:
 
     @classmethod
     def of(cls, studies: Sequence[Study], setup: Setup, done: Done) -> Plan:
-        work, skipped, after, by_name = {}, [], {}, {}
+        work, skipped = {}, []
+        after: dict[str, tuple[Work, ...]] = {}
+        by_name: dict[str, Work] = {}
         for study in studies:
             cases = study.cases(setup, done)
             skipped += [(study.name, case) for case in cases if case.missing]

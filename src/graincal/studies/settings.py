@@ -13,6 +13,7 @@ from graincal.dem.packing import Packing
 from graincal.dem.preparation import prepare
 from graincal.inference import Stop
 from graincal.models import TriaxialTest
+from graincal.models.economy import Accuracy
 from graincal.studies import paper
 
 VOID_RATIO = 0.68
@@ -23,7 +24,7 @@ STRESS_TRUSTED = {"stress_ratio": 0.2, "volumetric_strain": 0.8}
 
 OWN_PACKING_SEED = 1
 ITERATIVE, SEQUENTIAL, POSTERIOR = "iterative-bayesian", "sequential-monte-carlo", "posterior"
-ACCURACY = "standard"
+ACCURACY: Accuracy = "standard"
 TEST = "drained triaxial compression"
 
 ITERATION_OF_ALPHA_ONE = len(paper.PARAMETERS) * math.log(len(paper.PARAMETERS))

@@ -86,7 +86,7 @@ def _ended(found, missing: str) -> Table:
 
 
 def _correlations(result: Result) -> NDArray[np.float64]:
-    return np.corrcoef(result.iterations[ITERATION].samples.theta.T)
+    return np.asarray(np.corrcoef(result.iterations[ITERATION].samples.theta.T))
 
 
 def _weighted_correlations(posterior: Posterior) -> NDArray[np.float64]:

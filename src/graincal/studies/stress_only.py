@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
 
 from graincal.campaign.found.prediction import draw
 from graincal.data import InputError, Reference, Response
@@ -85,13 +89,11 @@ def _bands_of(setup: Setup, done: Done, name: str, posterior: Case) -> list[Case
     for seed, work in enumerate(posterior.work, 1):
         of_seed = Case(posterior.setting, (work,))
         folder = f"runs-at-draws-{name.replace(' ', '-')}" + (f"-seed-{seed}" if seed > 1 else "")
-        cases.append(
-            runs_after(setup, f"runs at draws of the posterior of {name}, seed {seed}", folder, lambda of_seed=of_seed: _draws(done, of_seed), DRAWS, of_seed)
-        )
+        cases.append(runs_after(setup, f"runs at draws of the posterior of {name}, seed {seed}", folder, partial(_draws, done, of_seed), DRAWS, of_seed))
     return cases
 
 
-def _draws(done: Done, posterior: Case) -> Sequence[Sequence[float]]:
+def _draws(done: Done, posterior: Case) -> NDArray[np.float64]:
     """Draws (K, n) from the posterior of a case of one calibration. Raises InputError where it has none."""
     found = [result.posterior for result in done.results(posterior) if result.posterior is not None]
     if not found:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -36,7 +37,8 @@ class Done:
 
     folder: Path
     other: set[str] = field(default_factory=set)
-    _read: dict[str, Result | list[list[Response]]] = field(default_factory=dict)
+    _results: dict[str, Result] = field(default_factory=dict)
+    _runs: dict[str, list[list[Response]]] = field(default_factory=dict)
     """Of work at its end, which does not change any more."""
 
     def folder_of(self, work: Work) -> Path:
@@ -44,15 +46,15 @@ class Done:
 
     def has(self, work: Work) -> bool:
         """Whether all of it was run."""
-        return work.name not in self.other and (work.name in self._read or work.is_done(self.folder_of(work)))
+        return work.name not in self.other and (work.name in self._results or work.name in self._runs or work.is_done(self.folder_of(work)))
 
     def results(self, case: Case) -> list[Result]:
         """The calibrations of a case that are at their end."""
-        return [self._of(work) for work in case.work if isinstance(work, Calibrating) and self.has(work)]
+        return [self._calibrated(work) for work in case.work if isinstance(work, Calibrating) and self.has(work)]
 
     def runs(self, case: Case) -> list[list[Response]]:
         """The runs of a case, at each of its parameters; nothing where they were not made."""
-        found = [self._of(work) for work in case.work if isinstance(work, Running) and self.has(work)]
+        found = [self._run(work) for work in case.work if isinstance(work, Running) and self.has(work)]
         return found[0] if found else []
 
     def repeats(self, case: Case) -> list[Response]:
@@ -63,10 +65,15 @@ class Done:
         """Those at all of its parameters, one after the other."""
         return [run for many in self.runs(case) for run in many]
 
-    def _of(self, work: Calibrating | Running) -> Result | list[list[Response]]:
-        if work.name not in self._read:
-            self._read[work.name] = work.read(self.folder_of(work))
-        return self._read[work.name]
+    def _calibrated(self, work: Calibrating) -> Result:
+        if work.name not in self._results:
+            self._results[work.name] = work.read(self.folder_of(work))
+        return self._results[work.name]
+
+    def _run(self, work: Running) -> list[list[Response]]:
+        if work.name not in self._runs:
+            self._runs[work.name] = work.read(self.folder_of(work))
+        return self._runs[work.name]
 
 
 class Study(ABC):
@@ -90,4 +97,4 @@ def calibrations(setting: str, name: str, make: Callable[[int], Calibration], se
     """A case of calibrations that differ in their seed. name: of their folders. size: of one, in particle-steps."""
     if missing:
         return Case(setting, missing=missing)
-    return Case(setting, tuple(Calibrating(f"{name}-seed-{seed}", f"{setting}, seed {seed}", size, lambda seed=seed: make(seed)) for seed in seeds))
+    return Case(setting, tuple(Calibrating(f"{name}-seed-{seed}", f"{setting}, seed {seed}", size, partial(make, seed)) for seed in seeds))

@@ -25,7 +25,7 @@ SHOWN = 15
 
 AT_ONCE, IN_TURN, STEPS, EVALUATIONS = "all of an iteration at once [h]", "one after the other [h]", "steps [million]", "evaluations"
 
-PRINTED = {
+PRINTED: dict[str, dict[str, float]] = {
     "mid, α = 10": {AT_ONCE: 3.91, IN_TURN: 119.24, EVALUATIONS: 880},
     "small, α = 5": {AT_ONCE: 1.96, IN_TURN: 44.15},
     "small, α = 20": {IN_TURN: 250},

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t
 
 from graincal.notation import numbers
@@ -27,11 +28,11 @@ class Trend:
     high: float
 
     @classmethod
-    def of(cls, sizes: Sequence[int], values: Sequence[float]) -> Trend:
+    def of(cls, sizes: Sequence[int], values: NDArray[np.float64]) -> Trend:
         """Of a value for each of at least four sizes."""
         at = np.log(sizes)
         design = np.column_stack([np.ones(len(at)), at])
-        coefficients, *_ = np.linalg.lstsq(design, np.asarray(values, dtype=float), rcond=None)
+        coefficients, *_ = np.linalg.lstsq(design, values, rcond=None)
         left, freedom, extent = values - design @ coefficients, len(at) - 2, at.max() - at.min()
         error = np.sqrt(left @ left / freedom / np.sum((at - at.mean()) ** 2)) * extent
         change, wide = float(coefficients[1] * extent), float(t.ppf(0.975, freedom) * error)

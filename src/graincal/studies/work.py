@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from graincal.campaign import Calibration, Experiment, Listener
 from graincal.campaign.asked.experiment import no_reference
@@ -26,6 +26,9 @@ from graincal.inference.sampling.samples import replicates
 from graincal.models import TriaxialTest
 from graincal.result import Result
 from graincal.studies.settings import OBSERVABLES, TEST
+
+Parameters = Sequence[ArrayLike] | NDArray[np.float64]
+"""Of several runs, (K, n)."""
 
 
 class Work(ABC):
@@ -122,7 +125,7 @@ class Running(Work):
     title: str
     size: float
     make: Callable[[], TriaxialTest]
-    theta: Callable[[], Sequence[Sequence[float]]]
+    theta: Callable[[], Parameters]
     times: int
     space: ParameterSpace
     to: float = 0.2
@@ -147,7 +150,8 @@ class Running(Work):
             return
         with closing(Store.open(folder)) as store:
             # Parameters follow from other work, whatever it was made with.
-            same = np.array_equal(points_of(store), self._points)
+            points = points_of(store)
+            same = points is not None and np.array_equal(points, self._points)
             if not same or (store.provenance != provenance() and not store.keeps(for_library(self._asked()))):
                 raise _other(folder)
 

@@ -17,6 +17,7 @@ from graincal.data import InputError, ParameterSpace, Reference, Samples
 from graincal.execution import number_of_workers
 from graincal.inference import DEFAULT_METHOD, METHODS, IterativeBayesianFilter, PosteriorFilter, Stop
 from graincal.inference.driving.known_runs import KnownRuns
+from graincal.inference.likelihood.error_model import ErrorOptions
 from graincal.inference.likelihood.packings import Siblings
 from graincal.inference.posterior.emulation import Found
 from graincal.inference.posterior.first_look import FirstLook
@@ -29,6 +30,8 @@ from graincal.notation.printable import MOST, is_printable, printable
 from graincal.suggestion import did_you_mean
 
 POSTERIOR = "posterior"
+
+NO_SPACE = "a calibration needs a parameter space: space = ParameterSpace({name: (low, high), ...})."
 
 
 def round_of(method: str) -> str:
@@ -128,12 +131,13 @@ class Calibration:
         except InputError:
             # What is wrong with it `check` says.
             return None
-        return None if any(cost is None for cost in costs) or not costs else float(FILLING / np.mean(costs, axis=1).sum())
+        known = [cost for cost in costs if cost is not None]
+        return None if len(known) < len(costs) or not costs else float(FILLING / np.mean(known, axis=1).sum())
 
     def check(self) -> Calibration:
         """Raise InputError for what cannot be calibrated, before anything is evaluated; the calibration itself otherwise."""
         if not isinstance(self.space, ParameterSpace):
-            raise InputError("a calibration needs a parameter space: space = ParameterSpace({name: (low, high), ...}).")
+            raise InputError(NO_SPACE)
         names = [experiment.name for experiment in self.experiments]
         if not names:
             raise InputError("a calibration needs at least one experiment.")
@@ -221,13 +225,14 @@ class Calibration:
         if not self.filter_options.get("packing_scatter", True):
             return None
         each = [experiment.siblings for experiment in self.experiments]
-        on = [[packing.positions.tobytes() for packing in experiment.model.packings] if known else None for experiment, known in zip(self.experiments, each)]
+        models = [experiment.model for experiment in self.experiments]
+        on = [[packing.positions.tobytes() for packing in model.packings] if isinstance(model, StressPathTest) else None for model in models]
         # Experiments without a parameter in common are calibrations by themselves.
         together = any(number is None for number in self.space.experiments)
-        return [known and replace(known, shared=on.count(packings) if together else 1) for known, packings in zip(each, on)]
+        return [replace(known, shared=on.count(packings) if together else 1) if known else None for known, packings in zip(each, on)]
 
     @property
-    def error_options(self) -> dict[str, Any]:
+    def error_options(self) -> ErrorOptions:
         """What is taken for granted of the references' errors, as options of `error_model`: those of the method "posterior", and its defaults by others."""
         return {"correlation_length": self.filter_options.get("correlation_length"), "discrepancy": self.filter_options.get("discrepancy")}
 
@@ -308,8 +313,8 @@ def _truth_of_unknowns(space: ParameterSpace, truth: Mapping[str, float]) -> dic
 
 def check_observables(model: Model, names: Sequence[str]) -> None:
     """Raise InputError for names that a model, which says what it returns, does not."""
-    returned = getattr(model, "returned", None)
-    for name in names if returned is not None else ():
-        if name not in returned:
+    returned: Sequence[str] | None = getattr(model, "returned", None)
+    for name in names:
+        if returned is not None and name not in returned:
             called = model.name_with_article if isinstance(model, StressPathTest) else "the model"
             raise InputError(f"{name} is not an observable of {called}{did_you_mean_observable(name, returned)}, which gives {', '.join(returned)}.")

@@ -20,7 +20,8 @@ from graincal.execution import Task
 from graincal.inference import Stop
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.posterior.first_look import FirstLook
-from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, TableTest, YadeModel
+from graincal.models import TESTS, ByHandModel, CommandModel, Model, PythonModel, StressPathTest, TableTest, YadeModel
+from graincal.models.compression import CompressionTest
 from graincal.parameter_space import LINEAR
 
 PROGRAMS = {"command": CommandModel, "yade": YadeModel}
@@ -159,15 +160,15 @@ def _describe_packing(packing: Packing) -> dict[str, Any]:
 
 
 def _restore_packing(described: Mapping[str, Any]) -> Packing:
-    return Packing(**{name: np.array(value) if name != "name" else value for name, value in described.items()})
+    return Packing(np.array(described["positions"]), np.array(described["radii"]), np.array(described["edges"]), described["name"])
 
 
 def describe_model(model: Model) -> dict[str, Any]:
     """What its runs depend on."""
-    if type(model) is TESTS.get(getattr(model, "kind", None)):
+    if isinstance(model, StressPathTest) and type(model) is TESTS.get(model.kind):
         described = {
             "kind": model.kind,
-            "packing": _describe_packing(model.packing),
+            "packing": _describe_packing(model.first_packing),
             # Those beside the first.
             **({"more_packings": [_describe_packing(packing) for packing in model.packings[1:]]} if len(model.packings) > 1 else {}),
             "confining_pressure": None if model.confining_pressure is None else float(model.confining_pressure),
@@ -181,7 +182,7 @@ def describe_model(model: Model) -> dict[str, Any]:
             "law": model.law,
             "control": model.control,
         }
-        if getattr(model, "turns", ()):
+        if isinstance(model, CompressionTest) and model.turns:
             # Left out where there are none.
             described["turns"] = list(model.turns)
         if isinstance(model, TableTest):
@@ -190,7 +191,7 @@ def describe_model(model: Model) -> dict[str, Any]:
     if isinstance(model, (CommandModel, ByHandModel)):
         return model.described()
     if isinstance(model, PythonModel) and isinstance(model.function, str):
-        control = None if model.control is None else model.control.tolist()
+        control = None if model.control is None else np.asarray(model.control).tolist()
         folder = str(model.folder.resolve()) if model.folder else None
         timeout = {} if model.timeout is None else {"timeout": model.timeout}  # left out for the same reason
         return {"kind": "python", "function": model.function, "folder": folder, "control": control, **timeout}

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 Level = Literal["problem", "note"]
 
-CODES: dict[str, dict[str, str]] = {
+CODES: dict[Level, dict[str, str]] = {
     "problem": {
         "begins-sheared": "the stress ratio is not 1 where the strain is 0",
         "constant-observable": "an observable never changes",

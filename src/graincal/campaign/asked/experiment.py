@@ -38,7 +38,7 @@ class Experiment:
         if not isinstance(self.model, StressPathTest):
             return None
         # What packings differ by goes with the root of their grains' number.
-        return Siblings(len(self.model.packings), sibling_particles(self.model.packing) / self.model.packing.count)
+        return Siblings(len(self.model.packings), sibling_particles(self.model.first_packing) / self.model.first_packing.count)
 
     def tasks(self, samples: Samples) -> Sequence[Task]:
         """A task for each sample, whose response is on the model's own states, and is to be `compared`."""
@@ -100,6 +100,7 @@ class Experiment:
         """The observables of a run that goes on, at the first of the reference's rows (t, J) that no further state would change."""
         compared = {name: response.values[name] for name in self.reference.names}
         met = interpolate(replace(response, values=compared, details={**response.details, "stopped": 1}), self.reference.control)
+        assert isinstance(met, Response), "one that has not ended need not cover the reference"
         return met.observables(self.reference.names)
 
     def compared(self, outcome: Response | Failure) -> Response | Failure:

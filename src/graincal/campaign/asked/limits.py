@@ -8,7 +8,7 @@ from typing import Any
 
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration, Filter, round_of
 from graincal.campaign.asked.doubt import Doubt
-from graincal.inference.posterior.posterior_filter import GROWTH, REPLICATES
+from graincal.inference.posterior.posterior_filter import GROWTH, REPLICATES, PosteriorFilter
 from graincal.inference.posterior.settling import FRESH
 from graincal.notation import numbers
 
@@ -77,7 +77,7 @@ def limit_doubts(calibration: Calibration, filter: Filter) -> list[Doubt]:
         said = "which the method has by itself, " if stop.max_iterations is None else ""
         text = f"max_evaluations = {stop.max_evaluations} is never reached: max_iterations = {limit}, {said}ends it after {limits.evaluations} evaluations at the most."
         return [Doubt("limit-never-reached", text)]
-    if stop.max_iterations and limits.ended_by == "max_evaluations" and limits.rounds < stop.max_iterations:
+    if stop.max_iterations and limits.ended_by == "max_evaluations" and limits.rounds is not None and limits.rounds < stop.max_iterations:
         by = (
             f"max_evaluations = {limits.asked}"
             if stop.max_evaluations is not False
@@ -92,7 +92,7 @@ def limit_doubts(calibration: Calibration, filter: Filter) -> list[Doubt]:
 
 
 def _limit_on_evaluations(calibration: Calibration, filter: Filter) -> int | None:
-    if calibration.method == POSTERIOR:
+    if isinstance(filter, PosteriorFilter):
         return filter.most_evaluations
     return None if calibration.stop.max_evaluations is False else calibration.stop.max_evaluations
 

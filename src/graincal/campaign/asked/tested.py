@@ -36,7 +36,7 @@ class Tested:
         model = experiment.model
         if not isinstance(model, StressPathTest):
             return cls(experiment.reference)
-        return cls(experiment.reference, model.kind, model.confining_pressure, model.packing.void_ratio)
+        return cls(experiment.reference, model.kind, model.confining_pressure, model.first_packing.void_ratio)
 
     @property
     def control(self) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from graincal.data import InputError, Reference
 from graincal.execution import available_cores
 from graincal.execution.providers import Blocks
 from graincal.inference.likelihood.thinning import Thinning
-from graincal.inference.posterior.posterior_filter import GROWTH
+from graincal.inference.posterior.posterior_filter import GROWTH, PosteriorFilter
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.models import CommandModel, StressPathTest
@@ -62,19 +62,20 @@ def doubts(calibration: Calibration) -> list[Doubt]:
 
 def _unread_parameters(calibration: Calibration) -> list[Doubt]:
     """Parameters that no experiment's program is told; other models take all, or refuse what they do not know."""
-    if not all(isinstance(experiment.model, CommandModel) for experiment in calibration.experiments):
+    programs = [(each.model, each.reference.control) for each in calibration.experiments if isinstance(each.model, CommandModel)]
+    if len(programs) < len(calibration.experiments):
         return []
     space = calibration.space.of_experiment(0)
     unread = [*space.names, *space.fixed]
-    for experiment in calibration.experiments:
-        unread = [name for name in unread if name in experiment.model.unread((*space.names, *space.fixed), experiment.reference.control)]
+    for model, control in programs:
+        unread = [name for name in unread if name in model.unread((*space.names, *space.fixed), control)]
     return [Doubt("key-without-effect", f"the parameter {name} changes nothing: no program is told it.") for name in unread]
 
 
 def _idle_workers(calibration: Calibration) -> list[Doubt]:
     """Workers that have nothing to do, once the first batch has filled the ranges, or in any iteration of the paper's method."""
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
-    if calibration.method == POSTERIOR:
+    if isinstance(filter, PosteriorFilter):
         batch = filter.batch or max(2 * calibration.space.size, math.ceil(GROWTH * filter.first_batch))
         at_once, of = batch * (1 + filter.ahead), "runs that are under way at once after the first batch"
         mend = "a larger batch, or ahead, under [filter] gives them some"

@@ -19,7 +19,7 @@ from graincal.campaign.file.check_marks import check_marks
 from graincal.campaign.file.config import CalibrationFile, build_calibration, parse, validated
 from graincal.campaign.file.doubts import doubts, doubts_of_reference, thinning_notes
 from graincal.campaign.file.experiments import ExperimentEntry
-from graincal.campaign.file.models import StressPathModel
+from graincal.campaign.file.models import CompressionModel, StressPathModel
 from graincal.campaign.file.questions import OpenQuestion, Proposed, open_questions, without_questions
 from graincal.campaign.file.unused_keys import unused_in_experiment, unused_in_file
 from graincal.data import InputError, Reference
@@ -73,7 +73,7 @@ class Examined:
     def abscissa(self, at: NDArray[np.float64]) -> Abscissa:
         """What its curve is drawn over at control values (T,): the logarithm of the stress for positions."""
         model, control = self.entry.model, self.reference.control_name
-        if control != POSITION:
+        if control != POSITION or not isinstance(model, CompressionModel):
             return Abscissa(control, at)
         stress = OedometricTest.stress if model.kind == OedometricTest.kind else IsotropicTest.stress
         return Abscissa(stress, stresses_at(at, model.confining_pressure, model.turns), logarithmic=True)
@@ -86,7 +86,11 @@ class Examined:
     def _shown(self) -> dict[str, dict[str, Any]]:
         """What follows from the observables and is not compared: the stress ratio of an undrained test, row by row."""
         observables, model = self.reference.measured, self.entry.model
-        if model.kind != UndrainedTest.kind or not {"deviatoric_stress", "excess_pore_pressure"} <= observables.keys():
+        if (
+            not isinstance(model, StressPathModel)
+            or model.kind != UndrainedTest.kind
+            or not {"deviatoric_stress", "excess_pore_pressure"} <= observables.keys()
+        ):
             return {}
         q, pore, pressure = observables["deviatoric_stress"], observables["excess_pore_pressure"], model.confining_pressure
         if pressure is None or np.any(pore >= pressure):
@@ -139,7 +143,7 @@ class Examination:
             "questions": [_question_as_json(each) for each in self.questions],
             "problems": [each.as_json() for each in self.problems],
             "notes": [each.as_json() for each in self.notes],
-            "limits": self.limits.as_json() if self.calibration else None,
+            "limits": limits.as_json() if (limits := self.limits) else None,
         }
 
 
@@ -164,7 +168,8 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
             Doubt("unread-so-far", f"the file cannot be read before its questions are answered: {each.removeprefix(f'{path}: ')}")
             for each in str(error).splitlines()
         ]
-        return Examination(questions=questions, **_by_level([*unread, *marks]))
+        left, said = _by_level([*unread, *marks])
+        return Examination(questions=questions, problems=left, notes=said)
     experiments, unread = _read_so_far(file, folder, questions)
     decided, problems, notes = _evidence(file, folder, evidence)
     found = [doubt for each in experiments for doubt in (*doubts_of_reference(each.tested, each.name), *unused_in_experiment(each.entry, each.reference))]
@@ -178,8 +183,9 @@ def _with_unknowns(path: Path, content: dict[str, Any], questions: Sequence[Open
     for question in questions:
         table, *keys = question.path[2:] if question.experiment is not None else ("",)
         if table == "model" and keys and keys[0] in _STAND_INS and not question.proposed:
-            unknown[question.path[1]].add(keys[0])
-            content["experiment"][question.path[1]]["model"].setdefault(keys[0], _STAND_INS[keys[0]])
+            number = int(question.path[1])
+            unknown[number].add(keys[0])
+            content["experiment"][number]["model"].setdefault(keys[0], _STAND_INS[keys[0]])
     file = validated(path, content)
     entries = [
         entry.model_copy(update={"model": entry.model.model_copy(update={key: OTHER if key == "kind" else None for key in keys})})
@@ -217,12 +223,14 @@ def _examination(
     problems: Sequence[Doubt],
     notes: Sequence[Doubt],
 ) -> Examination:
-    by_level = _by_level(found)
-    return Examination(tuple(experiments), tuple(decided), tuple(questions), (*by_level["problems"], *problems), (*by_level["notes"], *notes))
+    of_file, said_of_file = _by_level(found)
+    return Examination(tuple(experiments), tuple(decided), tuple(questions), (*of_file, *problems), (*said_of_file, *notes))
 
 
-def _by_level(found: Sequence[Doubt]) -> dict[str, tuple[Doubt, ...]]:
-    return {f"{level}s": tuple(doubt for doubt in found if doubt.level == level) for level in ("problem", "note")}
+def _by_level(found: Sequence[Doubt]) -> tuple[tuple[Doubt, ...], tuple[Doubt, ...]]:
+    """The problems, and the notes."""
+    problems, notes = (tuple(doubt for doubt in found if doubt.level == level) for level in ("problem", "note"))
+    return problems, notes
 
 
 def _examined(entry: ExperimentEntry, folder: Path, file: CalibrationFile, questions: tuple[str, ...] = ()) -> Examined:

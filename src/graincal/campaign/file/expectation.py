@@ -52,11 +52,12 @@ def _expect(experiment: Experiment, middle: Samples, samples: Samples) -> Expect
         return Expectation(
             experiment.name, failure=Failure(NOT_RUN, "runs that are made by hand take what they take; run.expected_seconds says it, where it is known.")
         )
+    pilot: float | Failure | None
     if isinstance(experiment.model, StressPathTest) and experiment.model.control in STRAINS:
         pilot = _time_beginning(experiment, middle)
     else:
-        ((_, pilot),) = experiment.evaluate(middle, workers=1)
-        pilot = pilot if isinstance(pilot, Failure) else pilot.details.get("seconds")
+        ((_, outcome),) = experiment.evaluate(middle, workers=1)
+        pilot = outcome if isinstance(outcome, Failure) else outcome.details.get("seconds")
     if isinstance(pilot, Failure):
         return Expectation(experiment.name, failure=pilot)
     if pilot is None:

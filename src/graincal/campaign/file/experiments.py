@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from graincal.campaign.asked.calibration import check_observables
 from graincal.campaign.asked.experiment import Experiment, no_reference
 from graincal.campaign.file.model_section import ModelSection
-from graincal.campaign.file.models import MODELS, CompressionModel
+from graincal.campaign.file.models import MODELS, CompressionModel, StressPathModel
 from graincal.campaign.file.names import FileName, Shown, with_printable_names
 from graincal.campaign.file.section import Section, mistake
 from graincal.campaign.file.values import Positive, Texts
@@ -128,9 +128,14 @@ class ExperimentEntry(Section):
             raise InputError(f'experiment "{self.name}": {error}') from error
 
     @property
-    def is_triaxial_by_yade(self) -> bool:
-        """Whether its model is graincal's own script of a triaxial test, whose pressure is known."""
-        return isinstance(self.model, YadeSection) and self.model.confining_pressure is not None
+    def pressure(self) -> float | None:
+        """The confining pressure, Pa, of a built-in test, or of graincal's own script of a triaxial test for YADE; None for others, and where it is not said."""
+        return self.model.confining_pressure if isinstance(self.model, (StressPathModel, YadeSection)) else None
+
+    @property
+    def is_triaxial(self) -> bool:
+        """Whether it is a drained triaxial test, the built-in one or graincal's own script for YADE."""
+        return self.model.kind == TriaxialTest.kind or (isinstance(self.model, YadeSection) and self.pressure is not None)
 
     def read_reference(self, folder: Path) -> Reference:
         """The reference that is described."""
@@ -138,8 +143,8 @@ class ExperimentEntry(Section):
             raise InputError("it has no reference, and the name of a laboratory file, or a table [experiment.reference], was expected.")
         options = self.reference.given("file")
         # A path along positions starts from it, and a triaxial test keeps it; on other paths the lateral stress changes.
-        if self.model.kind == TriaxialTest.kind or self.is_triaxial_by_yade or (self.control == POSITION and isinstance(self.model, CompressionModel)):
-            options.setdefault("confining_pressure", self.model.confining_pressure)
+        if self.is_triaxial or (self.control == POSITION and isinstance(self.model, CompressionModel)):
+            options.setdefault("confining_pressure", self.pressure)
         if self.control == POSITION and isinstance(self.model, CompressionModel):
             options["turns"] = self.model.turns
         errors = {name: entry.error for name, entry in self.observables.items() if entry.error}

@@ -32,8 +32,8 @@ def evidence(entry: ExperimentEntry, folder: Path) -> tuple[Sequence[Decision], 
     if found is None:
         return (), (), ()
     stated = {decision.what: decision for decision in found.decided if decision.by != "person"}
-    against = {"proof": [], "words": []}
-    for said, decision in _contradicted(entry, stated, found.lateral_is_known):
+    against: dict[str, list[Doubt]] = {"proof": [], "words": []}
+    for said, decision in _contradicted(entry.reference, entry.model, stated, found.lateral_is_known):
         against[decision.by].append(
             Doubt(_CODES[decision.by], f"the calibration file says {said}, and the laboratory file {decision.value}, because {decision.because}.")
         )
@@ -47,7 +47,8 @@ def propose(folder: Path) -> Callable[[dict[str, Any], tuple[str | int, ...]], A
     def proposed(entry: dict[str, Any], path: tuple[str | int, ...]) -> Any:
         if id(entry) not in seen:
             seen[id(entry)] = _of_content(entry, folder)
-        return None if seen[id(entry)] is None else _proposal(seen[id(entry)], [str(part) for part in path])
+        found = seen[id(entry)]
+        return None if found is None else _proposal(found, [str(part) for part in path])
 
     return proposed
 
@@ -81,7 +82,8 @@ def _of_content(entry: Mapping[str, Any], folder: Path) -> Understanding | None:
     except ValidationError:
         # Whatever else it holds: what is wrong with it is said where the file is read.
         return None
-    model = entry.get("model") if isinstance(entry.get("model"), dict) else {}
+    said = entry.get("model")
+    model = said if isinstance(said, dict) else {}
     pressure, kind = model.get("confining_pressure"), model.get("kind")
     if isinstance(pressure, (int, float)) and not isinstance(pressure, bool):
         known = replace(known, confining_pressure=float(pressure))
@@ -120,14 +122,14 @@ def _understood(path: Path, known: Known) -> Understanding | None:
         return None
 
 
-def _contradicted(entry: ExperimentEntry, stated: Mapping[str, Decision], lateral_is_known: bool) -> list[tuple[str, Decision]]:
-    """What the entry says, with the decision that it contradicts."""
-    found, reference, model = [], entry.reference, entry.model
+def _contradicted(reference: ReferenceFile, model: StressPathModel, stated: Mapping[str, Decision], lateral_is_known: bool) -> list[tuple[str, Decision]]:
+    """What an entry says, with the decision that it contradicts."""
+    found = []
     # A change of volume alone tells a drained test, and not what its lateral stress does.
     drained = not lateral_is_known and {model.kind, stated["kind"].value if "kind" in stated else ""} <= {TriaxialTest.kind, ConstantMeanStressTest.kind}
     if (decision := stated.get("kind")) and decision.value != model.kind and model.kind not in ("", "table") and not drained:
         found.append((f"kind = {model.kind}", decision))
-    pressure = getattr(model, "confining_pressure", None)
+    pressure = model.confining_pressure
     # A compression may begin at any stress of its path.
     same_kind = "kind" in stated and stated["kind"].value == model.kind and model.kind not in (OedometricTest.kind, IsotropicTest.kind)
     if (decision := stated.get("confining_pressure")) and pressure and same_kind and not math.isclose(pressure, float(decision.value), rel_tol=PRESSURES_APART):

@@ -51,7 +51,7 @@ class LookSection(Section):
             instead = {"packing", *(StressPathModel.PREPARATION if "packing" in self.model else ())}
             table = {key: value for key, value in table.items() if key not in instead}
             if "particles" in self.model and isinstance(experiment.model, StressPathTest):
-                table.setdefault("void_ratio", round(experiment.model.packing.void_ratio, 4))
+                table.setdefault("void_ratio", round(experiment.model.first_packing.void_ratio, 4))
         if {"density_scaling", "inertial_number"} & self.model.keys():
             table = {key: value for key, value in table.items() if key not in ("density_scaling", "inertial_number")}
         table |= self.model

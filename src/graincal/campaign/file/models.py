@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -23,6 +23,12 @@ from graincal.models.contact_laws import LAWS
 from graincal.models.economy import INERTIAL_NUMBERS, Economy
 from graincal.models.python import LONGEST_TIMEOUT
 from graincal.models.rests import RESTS_EVERY
+
+if TYPE_CHECKING:
+    Law = str
+else:
+    # One of them, which a type checker cannot know.
+    Law = Literal[tuple(LAWS)]
 
 
 class StressPathModel(ModelSection):
@@ -43,7 +49,7 @@ class StressPathModel(ModelSection):
     inertia_factor: Positive = Field(Economy.inertia_factor, description="a number above 0")
     settling_damping: float = Field(Economy.settling_damping, gt=0, lt=1, description="a number between 0 and 1")
     strain_ramp: float = Field(Economy.strain_ramp, ge=0, le=0.5, description="a number from 0 to 0.5")
-    law: Literal[tuple(LAWS)] = Field(StressPathTest.law, description=" or ".join(f'"{law}"' for law in LAWS))
+    law: Law = Field(StressPathTest.law, description=" or ".join(f'"{law}"' for law in LAWS))
     packing: FileName | list[FileName] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")
@@ -82,6 +88,7 @@ class StressPathModel(ModelSection):
         from graincal.dem.preparation import prepare
 
         file = folder / self.grading
+        assert self.particles is not None and self.void_ratio is not None, "they are given where no packing is"
         return prepare(self.particles, self.void_ratio, file if os.path.exists(file) else self.grading, self.seed)
 
 
@@ -92,7 +99,9 @@ class CompressionModel(StressPathModel):
 
 
 class TableModel(StressPathModel):
-    confining_pressure: Positive | None = Field(None, description="a number above 0, in Pa")
+    confining_pressure: Positive | None = Field(  # type: ignore[assignment]  # the one test that may have none
+        None, description="a number above 0, in Pa"
+    )
     table: FileName = Field(description="the name of a file with the stages of the path")
 
     def _options(self, folder: Path) -> dict[str, Any]:

@@ -90,4 +90,7 @@ class RunSection(Section):
         """Where evaluations run; None for workers of graincal's own. folder: the file's."""
         if self.executor == LOCAL:
             return None
-        return Place(PARSL, self.parsl.given()) if self.executor == PARSL else Place(self.executor, folder=str(from_root(folder)))
+        if self.executor == PARSL:
+            assert self.parsl is not None, "the table is there"
+            return Place(PARSL, self.parsl.given())
+        return Place(self.executor, folder=str(from_root(folder)))

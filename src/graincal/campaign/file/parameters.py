@@ -21,7 +21,11 @@ class Parameter(Section):
     @property
     def given_as(self) -> tuple[float, float] | float:
         """Its range, or its value where it is fixed, as a `ParameterSpace` takes it."""
-        return tuple(self.range) if self.fixed is None else self.fixed
+        if self.fixed is not None:
+            return self.fixed
+        assert self.range is not None, "one of them is given"
+        low, high = self.range
+        return low, high
 
     @model_validator(mode="before")
     @classmethod

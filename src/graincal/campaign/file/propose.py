@@ -214,10 +214,8 @@ def _stress_like(found: Understanding, name: str) -> NDArray[np.float64] | None:
     """The deviator stress or the excess pore pressure (T,) in Pa, about, from whichever columns of stresses are read; None where they do not give it."""
     if (own := _values(found, name)) is not None:
         return own
-    forms, columns = [], []
-    for stress in (stress for stress in STRESS_FORMS if stress in found.columns):
-        forms.append(STRESS_FORMS[stress])
-        columns.append(_values(found, stress))
+    read = {stress: values for stress in STRESS_FORMS if stress in found.columns and (values := _values(found, stress)) is not None}
+    forms, columns = [STRESS_FORMS[stress] for stress in read], list(read.values())
     # A pore pressure that no column has is what the effective lateral stress loses.
     for wanted in _OF_STRESSES[name]:
         if forms and (by := weights(STRESS_FORMS[wanted], forms)) is not None:

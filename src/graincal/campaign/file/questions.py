@@ -82,7 +82,7 @@ def open_questions(source: str, content: Mapping[str, Any]) -> tuple[OpenQuestio
         experiments = content["experiment"] if path[0] == "experiment" else None
         entry = experiments[path[1]] if isinstance(experiments, list) and len(path) > 2 and isinstance(path[1], int) else None
         name = entry.get("name") if isinstance(entry, dict) else None
-        experiment = None if entry is None else name if isinstance(name, str) else str(path[1] + 1)
+        experiment = None if entry is None else name if isinstance(name, str) else str(int(path[1]) + 1)
         found.append(OpenQuestion(path, place(path, content), experiment, line, _comment(lines, line, path) if line else ""))
     return tuple(found)
 
@@ -169,7 +169,8 @@ def comment_behind(line: str) -> str:
 
 def comments_above(lines: Sequence[str], number: int) -> list[tuple[int, str]]:
     """The comments directly above a line (its number from 1), each with its own number, without their sign."""
-    found, above = [], number - 1
+    found: list[tuple[int, str]] = []
+    above = number - 1
     while above >= 1 and lines[above - 1].lstrip().startswith("#"):
         found.insert(0, (above, lines[above - 1].lstrip().lstrip("#").strip()))
         above -= 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from graincal.campaign.file.config import CalibrationFile
@@ -17,7 +18,8 @@ _QUESTION = {"const": "?", "description": "an open question, to be answered befo
 def json_schema() -> dict[str, Any]:
     """The schema. Any value may be the open question "?". What keys say together, such as packing or particles, is for `graincal check`."""
     kinds = list(dict.fromkeys(MODELS.values()))
-    places, document = models_json_schema([(each, "validation") for each in (CalibrationFile, *kinds)], ref_template="#/$defs/{model}")
+    read: list[type[BaseModel]] = [CalibrationFile, *kinds]
+    places, document = models_json_schema([(each, "validation") for each in read], ref_template="#/$defs/{model}")
     tables = document["$defs"]
     entry = tables[ExperimentEntry.__name__]["properties"]
     # The reader finds a model's table by its kind, and takes the name of a file alone for a reference, and that of a column for a column.

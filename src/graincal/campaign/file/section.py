@@ -107,7 +107,10 @@ def _name(location: tuple[int | str, ...], content: Any) -> str:
     """The keys on the way to a value, each with what parts it from the one before; an element of a list goes by its name, if it has one."""
     name = ""
     for part in location:
-        content = content[part] if isinstance(content, (dict, list)) else None
+        if isinstance(content, dict):
+            content = content[part]
+        else:
+            content = content[part] if isinstance(content, list) and isinstance(part, int) else None
         called = content.get("name") if isinstance(content, dict) else None
         if isinstance(part, str):
             name += f".{printable(part, LONGEST_NAME)}"

@@ -5,11 +5,11 @@ from __future__ import annotations
 from graincal.campaign.asked.calibration import POSTERIOR
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.config import CalibrationFile
-from graincal.campaign.file.experiments import ExperimentEntry
+from graincal.campaign.file.experiments import ExperimentEntry, ReferenceFile
 from graincal.campaign.file.models import StressPathModel
 from graincal.data import Reference
 from graincal.laboratory.quantities import COMPRESSED, SIGNED, STRAINS
-from graincal.models import TriaxialTest, stress_path
+from graincal.models import stress_path
 from graincal.positions import POSITION
 
 _UNUSED = "key-without-effect"
@@ -40,13 +40,15 @@ def unused_in_file(file: CalibrationFile) -> list[Doubt]:
 
 def unused_in_experiment(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     """Of the keys of one experiment, by the reference that they led to."""
-    return [
-        Doubt(doubt.code, doubt.sentence, entry.name) for doubt in (*_strain(entry, reference), *_compression(entry, reference), *_pressure(entry, reference))
-    ]
+    table = entry.reference
+    if table is None:
+        return []
+    found = (*_strain(entry, table, reference), *_compression(table, reference), *_pressure(entry, table, reference))
+    return [Doubt(doubt.code, doubt.sentence, entry.name) for doubt in found]
 
 
-def _strain(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
-    said = entry.reference.strain
+def _strain(entry: ExperimentEntry, table: ReferenceFile, reference: Reference) -> list[Doubt]:
+    said = table.strain
     if said is None:
         return []
     read = set(reference.read_as)
@@ -59,8 +61,8 @@ def _strain(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     return []
 
 
-def _compression(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
-    said, read = entry.reference.compression, set(reference.read_as)
+def _compression(table: ReferenceFile, reference: Reference) -> list[Doubt]:
+    said, read = table.compression, set(reference.read_as)
     if said != "negative" or read & set(SIGNED):
         return []
     return [
@@ -71,12 +73,12 @@ def _compression(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
     ]
 
 
-def _pressure(entry: ExperimentEntry, reference: Reference) -> list[Doubt]:
-    said = entry.reference.confining_pressure
+def _pressure(entry: ExperimentEntry, table: ReferenceFile, reference: Reference) -> list[Doubt]:
+    said = table.confining_pressure
     if said is None:
         return []
-    model = entry.model.confining_pressure if isinstance(entry.model, StressPathModel) or entry.is_triaxial_by_yade else None
-    if model is not None and (entry.model.kind == TriaxialTest.kind or entry.is_triaxial_by_yade) and abs(said / model - 1) > 0.01:
+    model = entry.pressure
+    if model is not None and entry.is_triaxial and abs(said / model - 1) > 0.01:
         text = f"reference.confining_pressure is {said:g} Pa and model.confining_pressure {model:g} Pa: the test would be simulated at another pressure than it was made at."
         return [Doubt("other-pressure", text)]
     # A position along a path counts from it.

@@ -25,7 +25,7 @@ _SCRIPT = ("script", "arguments", "table", "output", "derived", "link", "templat
 class YadeSection(CommandSection):
     MOST: ClassVar[dict[str, float]] = CommandSection.MOST | {"arguments": 10_000, "table": 1_000, "confining_pressure": 1e15}
 
-    kind: Literal["yade"] = Field(description='"yade"')
+    kind: Literal["yade"] = Field(description='"yade"')  # type: ignore[assignment]  # what a command has, but for its kind
     program: Shown = Field("yade", min_length=1, description='the name or path of the program, such as "yade" or "/opt/yade/bin/yade-2024"')
     command: list[str] = Field([], description="no list: this kind has program, and script, in its place")
     packing: FileName | None = Field(None, description="the name of a packing file")
@@ -40,7 +40,7 @@ class YadeSection(CommandSection):
     script: FileName | None = Field(None, description="the name of a script for YADE")
     arguments: list[str] = Field([], description='a list of the script\'s arguments, such as ["{{ E }}", "{{ phi }}"]')
     table: list[Shown] = Field([], description='a list of the names that the script\'s readParamsFromTable reads, such as ["E", "phi"]')
-    output: OutputSection | None = Field(
+    output: OutputSection | None = Field(  # type: ignore[assignment]  # of a script alone
         None, description='a table such as { file = "curve.csv", columns = { axial_strain = "eps_a [%]", stress_ratio = "ratio" } }'
     )
 
@@ -65,21 +65,22 @@ class YadeSection(CommandSection):
 
     def build(self, folder: Path, control: str) -> YadeModel:
         options = self.options(folder, control) | {"program": self.program}
-        if self.script is not None:
+        if self.script is not None and self.output is not None:
             return script(self.script, self.output.build(), arguments=self.arguments, table=self.table, link=self.link, **options)
+        assert self.packing is not None and self.confining_pressure is not None, "they are given where no script is"
         return triaxial(
             folder.resolve() / self.packing,
             self.confining_pressure,
-            self._scaling(folder),
+            self._scaling(from_root(folder / self.packing), self.confining_pressure),
             fixed=self.fixed,
             law=self.law,
             rest_every=self.rest_every,
             **options,
         )
 
-    def _scaling(self, folder: Path) -> float:
+    def _scaling(self, file: Path, pressure: float) -> float:
         """The factor on the grains' density, of the packing that is read for it, and checked by it."""
-        packing = Packing.read(from_root(folder / self.packing))
+        packing = Packing.read(file)
         if self.density_scaling is not None:
             return self.density_scaling
-        return float(density_scaling_of(packing, self.confining_pressure, INERTIAL_NUMBER if self.inertial_number is None else self.inertial_number))
+        return float(density_scaling_of(packing, pressure, INERTIAL_NUMBER if self.inertial_number is None else self.inertial_number))

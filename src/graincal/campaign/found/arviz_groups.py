@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.campaign.found.emulated import DRAWN
-from graincal.data import InputError
+from graincal.data import InputError, Response
 from graincal.errors import not_installed
 from graincal.inference.sampling.proposal import systematic_resampling
 from graincal.inference.sampling.samples import halton
@@ -17,6 +17,7 @@ from graincal.inference.sampling.samples import halton
 if TYPE_CHECKING:
     from graincal.campaign.found.emulated import Emulated
     from graincal.campaign.found.record import Record
+    from graincal.inference import Iteration
 
 Group = dict[str, NDArray[np.float64]]
 
@@ -57,7 +58,7 @@ def groups(result: Record, emulated: Emulated | None) -> Groups:
         rows = systematic_resampling(result.posterior.weights, DRAWN, np.random.default_rng(0))
         curves = [(experiment.reference.control, _responses(result, number, rows)) for number, experiment in enumerate(result.experiments)]
         observed = [experiment.reference.values for experiment in result.experiments]
-        errors = result.iterations[result.most_probable.iteration].errors[rows]
+        errors = _last_weighted(result).errors[rows]
         found.sample_stats = {"error": errors[None]}
     found.posterior = _by_name(result, result.posterior.samples[rows])
     found.prior = _by_name(result, halton(result.space, DRAWN, np.random.default_rng(0)))
@@ -95,8 +96,14 @@ def _by_name(result: Record, theta: NDArray[np.float64]) -> Group:
     return {name: column[None] for name, column in zip(result.space.names, theta.T)}
 
 
+def _last_weighted(result: Record) -> Iteration:
+    assert result.most_probable is not None, "there is a posterior"
+    return result.iterations[result.most_probable.iteration]
+
+
 def _responses(result: Record, number: int, rows: NDArray[np.intp]) -> NDArray[np.float64]:
     """What samples of the last iteration with weights gave in an experiment, at the rows of its reference: (len(rows), T, J)."""
-    samples, drawn = result.iterations[result.most_probable.iteration].samples, np.unique(rows)
-    met = result.experiments[number].observables_of([result.response(int(samples.ids[row]), number) for row in drawn])
+    samples, drawn = _last_weighted(result).samples, np.unique(rows)
+    given = [response for row in drawn if isinstance(response := result.response(int(samples.ids[row]), number), Response)]
+    met = result.experiments[number].observables_of(given)
     return met[np.searchsorted(drawn, rows)]

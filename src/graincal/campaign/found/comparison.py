@@ -46,16 +46,16 @@ def compare(results: Mapping[str, Record | str | Path], scores: Mapping[str, Sco
     """
     if len(results) < 2:
         raise InputError("a comparison needs two campaigns or more.")
-    results = {name: result if isinstance(result, Record) else Record.read(result) for name, result in results.items()}
-    for name, result in results.items():
+    read = {name: result if isinstance(result, Record) else Record.read(result) for name, result in results.items()}
+    for name, result in read.items():
         if result.calibration.method != POSTERIOR:
             raise InputError(f'{name}: its method is "{result.calibration.method}", and only campaigns of the method "{POSTERIOR}" have an evidence.')
         if not math.isfinite(result.log_evidence):
             raise InputError(f"{name}: its evidence is not known, for too few of its runs gave a response to emulate; more evaluations were expected.")
-    _refuse_different_data(results)
+    _refuse_different_data(read)
     contenders = [
         Contender(name, result.log_evidence, result.learnt[-1].log_evidence_std, result.settled, scores[name] if scores else None)
-        for name, result in results.items()
+        for name, result in read.items()
     ]
     return sorted(contenders, key=lambda each: -(each.score.log_score if each.score else each.log_evidence))
 

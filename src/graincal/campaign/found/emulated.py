@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from graincal.campaign.found.answer import Answer
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.remarks import ByEmulators
 from graincal.campaign.found.trust import allows_discrepancy
@@ -16,7 +17,7 @@ from graincal.inference import Posterior
 from graincal.inference.likelihood.error_model import measurement_errors
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
 from graincal.inference.posterior.emulation import Emulation
-from graincal.inference.posterior.likely_runs import log_likelihoods
+from graincal.inference.posterior.likely_runs import LikelyRuns, log_likelihoods
 from graincal.inference.posterior.sensitivity import evidence_of_half_ranges, under_one_likelihood, under_other_errors
 from graincal.inference.sampling.groups import Group, find_groups
 from graincal.inference.sampling.posterior import PROBABILITY
@@ -78,6 +79,20 @@ class Emulated:
         """What remarks rest on that takes emulators to know."""
         return ByEmulators(self.unsure, self.expected_error(), tuple(mode.share for mode in self.modes))
 
+    @property
+    def answer(self) -> Answer:
+        """Where the parameters fit best as far as the emulators know."""
+        answer = self.result.answer
+        assert answer is not None, "there is one where something is emulated"
+        return answer
+
+    @property
+    def fits(self) -> LikelyRuns:
+        """The runs that fit about as well as the answer (`Result.fits_about_as_well`)."""
+        fits = self.result.fits_about_as_well
+        assert fits is not None, "there are some where something is emulated"
+        return fits
+
     @cached_property
     def drawn(self) -> NDArray[np.intp]:
         """Rows of the posterior's samples, resampled to equal weights: (DRAWN,)."""
@@ -134,8 +149,8 @@ class Emulated:
         """Ids of the campaign's own runs that fit about as well as the answer (`Result.fits_about_as_well`); those that it was given to learn from have none."""
         result, known = self.result, self.result.knowledge
         logs = log_likelihoods(known.evaluations, known.kept, known.errors)[-len(result.ids) :]
-        at_answer = np.isin(result.ids, result.answer.samples) & result.complete
-        return result.ids[(logs >= result.fits_about_as_well.least) | at_answer]
+        at_answer = np.isin(result.ids, self.answer.samples) & result.complete
+        return result.ids[(logs >= self.fits.least) | at_answer]
 
     @cached_property
     def alone(self) -> dict[tuple[int, str], NDArray[np.float64]]:

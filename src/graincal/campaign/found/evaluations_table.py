@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from graincal.campaign.asked.calibration import round_of
 from graincal.errors import not_installed
 
@@ -27,7 +29,7 @@ def to_dataframe(result: Record) -> DataFrame:
     columns |= dict(zip(result.space.names, result.samples.T))
     columns |= {"error": result.errors} | dict(zip(pairs, result.observable_errors.T))
     if not result.has_posterior:
-        columns["weight"] = [weight for iteration in result.iterations for weight in iteration.final_weights]
+        columns["weight"] = np.concatenate([iteration.final_weights for iteration in result.iterations])
     columns |= {"failed": result.failed, "stopped": result.stopped}
     columns |= {
         f"seconds: {experiment.name}" if len(result.experiments) > 1 else "seconds": result.seconds[:, number]

@@ -115,21 +115,21 @@ class Finding:
             ends = " and ".join(numbers.short(end) for end in self.reached_ends)
             said.append(f"These values reach the end of its range at {ends}{unit}: where values beyond make sense, widen it.")
         if self.truth is not None:
-            said.append(self._beside_truth())
+            said.append(self._beside(self.truth))
         return tuple(said)
 
-    def _beside_truth(self) -> str:
+    def _beside(self, value: float) -> str:
         """Whether each of the ranges covers the known value, and what it means where the samples narrowed about another."""
         interval = f"the {100 * PROBABILITY:.0f} % interval ({numbers.between(self.low, self.high)})"
-        truth = f"The truth, {numbers.short(self.truth)}{self.quantity.behind},"
+        truth = f"The truth, {numbers.short(value)}{self.quantity.behind},"
         if self.astray:
             where = f"{interval} and the values that fit about as well" if self.outlined else interval
             return (
                 f"{truth} lies outside {where}: the samples gathered about the first values that fitted, and these were others. Narrowed does not mean right."
             )
         if not self.outlined:
-            return f"{truth} lies {'in' if self.low <= self.truth <= self.high else 'outside'} {interval}."
-        weighted, close = (low <= self.truth <= high for low, high in ((self.low, self.high), self.close))
+            return f"{truth} lies {'in' if self.low <= value <= self.high else 'outside'} {interval}."
+        weighted, close = (low <= value <= high for low, high in ((self.low, self.high), self.close))
         said = {
             (True, True): "lies in {} and among the values that fit about as well",
             (True, False): "lies in {}, but not among the values that fit about as well",
@@ -142,7 +142,8 @@ class Finding:
 def find(space: ParameterSpace, iterations: Sequence[Iteration], truth: Mapping[str, float] = MappingProxyType({})) -> tuple[Finding, ...]:
     """What the iterations of a filter say of each parameter, beside the known values of some; nothing where none has weights."""
     weighted = [iteration for iteration in iterations if not iteration.unweighted]
-    return judge(space, weighted[-1].posterior, close_fits(iterations), narrowing_by_chance(weighted), truth) if weighted else ()
+    close = close_fits(iterations)
+    return judge(space, weighted[-1].posterior, close, narrowing_by_chance(weighted), truth) if weighted and close is not None else ()
 
 
 def judge(

@@ -52,7 +52,8 @@ def export_netcdf(result: Record, emulated: Emulated | None, folder: Path, *, re
 
 def _dataset(xarray: Any, result: Record, found: Groups, name: str, group: Group) -> Any:
     before = ("chain", "draw") if name in _DRAWN else ()
-    variables, coords = {}, {}
+    variables = {}
+    coords: dict[str, Any] = {}
     for key, array in group.items():
         along = found.dims.get(key, [])
         dims = (*before, *map(_named, along))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import shlex
 
-from graincal.campaign.asked.calibration import LIMITS, POSTERIOR, Calibration
+from graincal.campaign.asked.calibration import LIMITS, Calibration
 from graincal.campaign.found.by_hand import by_hand
+from graincal.inference import PosteriorFilter
 
 _CANNOT_GO_ON = ("failures", "effective_sample_size", "proposal")
 """What ends a campaign that no command goes on with: it has to be begun again by another calibration file."""
@@ -35,6 +36,7 @@ def _limit(calibration: Calibration, name: str) -> float:
     """The limit in effect: that which is set, or that which the method has by itself."""
     if name == "max_iterations":
         return calibration.stop.most_iterations
-    if name == "max_evaluations" and calibration.method == POSTERIOR:
-        return calibration.blank_filter().most_evaluations
-    return getattr(calibration.stop, name)
+    filter = calibration.blank_filter() if name == "max_evaluations" else None
+    limit = filter.most_evaluations if isinstance(filter, PosteriorFilter) else getattr(calibration.stop, name)
+    assert limit is not None, "it ended the campaign"
+    return limit

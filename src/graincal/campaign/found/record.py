@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Self
+from typing import Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +92,7 @@ class Record:
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments, each with its name, reference and model."""
-        return self.calibration.experiments
+        return tuple(self.calibration.experiments)
 
     @property
     def truth(self) -> Mapping[str, float]:
@@ -120,16 +120,16 @@ class Record:
         stored responses when first asked for."""
         return self.recorded_errors_of(self.ids)
 
-    def recorded_errors_of(self, ids: Sequence[int]) -> NDArray[np.float64]:
+    def recorded_errors_of(self, ids: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
         """Those of some samples, by their ids: (len(ids), R)."""
         rows = np.searchsorted(self.ids, ids)
         columns = []
         for number, experiment in enumerate(self.experiments):
             errors = np.full((len(ids), len(experiment.reference.recorded)), np.nan)
             outcomes = self._store.outcomes(ids, number) if errors.size else []
-            given = [row for row, outcome in enumerate(outcomes) if isinstance(outcome, Response) and not self.failed[rows[row]]]
+            given = {row: outcome for row, outcome in enumerate(outcomes) if isinstance(outcome, Response) and not self.failed[rows[row]]}
             if given:
-                errors[given] = experiment.recorded_errors([outcomes[row] for row in given])
+                errors[list(given)] = experiment.recorded_errors(list(given.values()))
             columns.append(errors)
         return np.concatenate(columns, axis=1)
 
@@ -180,8 +180,15 @@ class Record:
         with threadpool_limits(1):
             return self.knowledge.recall(self.found)
 
+    @overload
+    def derived(self, name: str, compute: Callable[[], NDArray]) -> NDArray: ...
+
+    @overload
+    def derived(self, name: str, compute: Callable[[], NDArray | None]) -> NDArray | None: ...
+
     def derived(self, name: str, compute: Callable[[], NDArray | None]) -> NDArray | None:
         """Numbers that take long to compute of what the last look found: those that are stored, or else computed by one thread and stored; but for None, which is computed again."""
+        assert self.found is not None, "there was a look"
         evaluations = len(self.found.weights)
         known = self._store.derived(name, evaluations)
         if known is None:
@@ -230,6 +237,7 @@ class Record:
     @property
     def shrinkage(self) -> NDArray[np.float64]:
         """The posterior's standard deviation over the prior's, (n,): near 1 nothing was learnt. Only where there is a posterior."""
+        assert self.posterior is not None, "asked where there is a posterior"
         return self.posterior.relative_std(self.space)
 
     @property
@@ -277,8 +285,9 @@ class Record:
         names = next((tuple(outcome.values) for outcome in outcomes if isinstance(outcome, Response)), ())
         found = {name: np.full((len(outcomes), len(states)), np.nan) for name in names}
         for row, outcome in enumerate(outcomes):
-            for name in found.keys() & outcome.values.keys() if isinstance(outcome, Response) else ():
-                found[name][row, : len(outcome.values[name])] = outcome.values[name]
+            if isinstance(outcome, Response):
+                for name in found.keys() & outcome.values.keys():
+                    found[name][row, : len(outcome.values[name])] = outcome.values[name]
         return found
 
     def mean_response(self, answer: Answer, experiment: int | str = 0) -> Response | None:

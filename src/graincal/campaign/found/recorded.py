@@ -41,7 +41,7 @@ def recorded_of_answer(result: Record) -> tuple[RecordedError, ...]:
         return ()
     answer = result.answer
     if answer and np.isfinite(answer.errors).any():
-        of, ids = "answer", answer.samples
+        of, ids = "answer", answer.samples.tolist()
     elif most_probable := None if result.has_posterior else result.most_probable:
         of, ids = "most probable sample", [most_probable.sample]
     elif best := result.best:

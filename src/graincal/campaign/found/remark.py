@@ -14,7 +14,7 @@ from graincal.notation.markup import to_plain
 
 Level = Literal["finding", "doubt", "condition"]
 
-CODES: dict[str, dict[str, str]] = {
+CODES: dict[Level, dict[str, str]] = {
     "finding": {
         "identified": "a parameter is identified",
         "weakly-identified": "a parameter is weakly identified",

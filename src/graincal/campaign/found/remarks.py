@@ -19,6 +19,7 @@ from graincal.notation.words import continued, listed
 if TYPE_CHECKING:
     from graincal.campaign.found.answer import Answer
     from graincal.campaign.found.record import Record
+    from graincal.inference.sampling.posterior import Posterior
 
 IDENTIFIED, WEAKLY = 0.3, 0.7
 """Posterior over prior standard deviation, below which a parameter is identified, and up to which weakly."""
@@ -54,19 +55,20 @@ def remarks(result: Record, known: ByEmulators | None = None) -> tuple[Remark, .
     accepted = (*changed_code(result.code_changed), *accepted_problems(result.accepted))
     if not result.has_posterior:
         return accepted
-    if result.found is None:
+    found, answer = result.found, result.answer
+    if found is None or answer is None:
         return (_nothing(result), *_fitting(result, known), *_recorded(result), *accepted, _ending(result))
     return (
-        *cautions(result, known),
-        *_of_parameters(result),
+        *cautions(result, found, known),
+        *_of_parameters(result, found.posterior),
         _identifiability(result),
-        *_ridges(result),
+        *_ridges(result, found.posterior),
         *_modes(result, known),
         *_fitting(result, known),
-        *_answer(result, known),
+        *_answer(result, answer, known),
         *_recorded(result),
-        *doubts(result, known),
-        *conditions(result),
+        *doubts(result, found, answer, known),
+        *conditions(result, found),
         *accepted,
         _ending(result),
     )
@@ -79,8 +81,8 @@ def code_of(result: Record, shrinkage: float) -> str:
     return "identified" if shrinkage < IDENTIFIED else "weakly-identified" if shrinkage <= WEAKLY else "not-identified"
 
 
-def _of_parameters(result: Record) -> list[Remark]:
-    posterior, space, said = result.posterior, result.space, []
+def _of_parameters(result: Record, posterior: Posterior) -> list[Remark]:
+    space, said = result.space, []
     moments = (posterior.mean(), posterior.std(), *posterior.interval(), result.shrinkage)
     for shown, name, mean, std, low, high, shrinkage in zip(parameters(space), space.names, *moments):
         code = code_of(result, shrinkage)
@@ -107,8 +109,8 @@ def _identifiability(result: Record) -> Remark:
     return remark("identifiability", " ".join(said), std_over_prior=of_each)
 
 
-def _ridges(result: Record) -> list[Remark]:
-    names, labels, correlation = result.space.names, [shown.label for shown in parameters(result.space)], result.posterior.correlation()
+def _ridges(result: Record, posterior: Posterior) -> list[Remark]:
+    names, labels, correlation = result.space.names, [shown.label for shown in parameters(result.space)], posterior.correlation()
     pairs = [(correlation[i, j], i, j) for i in range(len(labels)) for j in range(i) if abs(correlation[i, j]) > RIDGE]
     if not pairs:
         return []
@@ -149,8 +151,8 @@ def _measured_by(fits: LikelyRuns) -> str:
     return "the answer" if fits.repeated else "the most likely run"
 
 
-def _answer(result: Record, known: ByEmulators | None) -> list[Remark]:
-    answer, evaluations = result.answer, result.evaluations
+def _answer(result: Record, answer: Answer, known: ByEmulators | None) -> list[Remark]:
+    evaluations = result.evaluations
     theta = ", ".join(
         f"{shown.label} {numbers.value(value, 3)}{shown.behind}{shown.without_log(value)}" for shown, value in zip(parameters(result.space), answer.theta)
     )

@@ -33,8 +33,8 @@ def outcomes(samples: Samples, store: Store, experiments: Sequence[Experiment]) 
     responses = [np.full((len(samples), *experiment.reference.values.shape), np.nan) for experiment in experiments]
     for number, experiment in enumerate(experiments):
         found = store.outcomes(samples.ids, number)
-        given = [row for row, outcome in enumerate(found) if isinstance(outcome, Response)]
-        responses[number][given] = experiment.observables_of([found[row] for row in given])
+        given = {row: outcome for row, outcome in enumerate(found) if isinstance(outcome, Response)}
+        responses[number][list(given)] = experiment.observables_of(list(given.values()))
         for row, outcome in enumerate(found):
             if isinstance(outcome, Response):
                 stopped[row] |= outcome.stopped
@@ -54,13 +54,15 @@ def tell(filter: Filter, samples: Samples, store: Store, experiments: Sequence[E
 def knowledge(store: Store, calibration: Calibration) -> Knowledge:
     """What is known by the iterations that are complete, by the method "posterior"."""
     known, iterations = calibration.new_knowledge(), store.iterations()
-    samples = [iteration.samples for iteration in iterations]
-    samples = Samples(np.concatenate([each.ids for each in samples]), np.concatenate([each.theta for each in samples]), calibration.space.names)
+    asked = [iteration.samples for iteration in iterations]
+    samples = Samples(np.concatenate([each.ids for each in asked]), np.concatenate([each.theta for each in asked]), calibration.space.names)
     batches = Batches()
     batches.add(Batch(samples, known.thinnings, calibration.space))
     batches.tell(samples, *outcomes(samples, store, calibration.experiments))
     # Where each was drawn from is in the weights that a look found.
-    known.add(batches.take_complete(), DefensiveMixture(calibration.space), 0)
+    whole = batches.take_complete()
+    assert whole is not None, "all of it was told"
+    known.add(whole, DefensiveMixture(calibration.space), 0)
     if studied(store):
         known.tell_packings(*packings_told(store, calibration.experiments))
     return known

@@ -21,7 +21,7 @@ from graincal.campaign.stored.store import Store
 from graincal.data import Failure, InputError, Response, Samples
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.likelihood.thinning import Thinning
-from graincal.models import StressPathTest
+from graincal.models import Model, StressPathTest
 from graincal.models.proportion import in_units_of
 
 # Of a model that was run and one that is to be: the pressure may be another one, where the test is the same in units of it; what is unknown in one may be fixed in the other; and a program may run under other limits.
@@ -124,14 +124,14 @@ def add_run(
     if failures:
         impossible = any(failure.kind == INFEASIBLE for failure in failures)
         responses = nothing
-    elif not all(isinstance(outcome, Response) for outcome in outcomes):
+    elif len(ended := [outcome for outcome in outcomes if isinstance(outcome, Response)]) < len(outcomes):
         return "not run to their end"
-    elif any(outcome.stopped for outcome in outcomes):
+    elif any(outcome.stopped for outcome in ended):
         return "stopped early"
     else:
         impossible, responses = False, []
-        for outcome, experiment, thinning, scaled in zip(outcomes, experiments, thinnings, scale):
-            at_its_pressure = outcome.at_pressure(experiment.model.confining_pressure) if scaled else outcome
+        for outcome, experiment, thinning, scaled in zip(ended, experiments, thinnings, scale):
+            at_its_pressure = outcome.at_pressure(pressure_of(experiment.model)) if scaled else outcome
             if not set(experiment.reference.names) <= set(outcome.values):
                 return f"without {', '.join(sorted(set(experiment.reference.names) - set(outcome.values)))}"
             if isinstance(compared := experiment.usable(at_its_pressure), Failure):
@@ -146,6 +146,12 @@ def add_run(
     gathered.infeasible.append(bool(failures) and impossible)
     gathered.missing.append(bool(failures) and not impossible)
     return None
+
+
+def pressure_of(model: Model) -> float:
+    """The confining pressure of a test whose responses scale with it, Pa."""
+    assert isinstance(model, StressPathTest), "only these scale"
+    return model.confining_pressure
 
 
 def _scales(model: object) -> bool:
@@ -223,14 +229,14 @@ def _parameters(store: Store, numbers: Sequence[int], samples: Samples, calibrat
         values = {name: seen.theta[:, column] for column, name in enumerate(seen.names)}
         values |= {name: np.full(len(samples), value) for name, value in getattr(theirs.experiments[other].model, "fixed", {}).items()}
         if _scales(experiment.model):
-            values["log_E"] = values["log_E"] + np.log10(experiment.model.confining_pressure / theirs.experiments[other].model.confining_pressure)
+            values["log_E"] = values["log_E"] + np.log10(pressure_of(experiment.model) / pressure_of(theirs.experiments[other].model))
         own = space.of_experiment(number)
         # As far as values that differ by less than SAME are the same.
         ends = [own.moved(own.low, np.full(own.size, -SAME)), own.low, own.high, own.moved(own.high, np.full(own.size, SAME))]
         wanted = {name: tuple(map(float, each)) for name, *each in zip(own.names, *ends)}
         if missing := sorted(wanted.keys() - values.keys()):
             raise InputError(f"{store.folder}: its runs have no {', '.join(missing)}, and {', '.join(own.names)} were expected.")
-        fixed = dict(getattr(experiment.model, "fixed", {})) | own.fixed
+        fixed = {**getattr(experiment.model, "fixed", {}), **own.fixed}
         for name, known in values.items():
             if name in wanted:
                 lowest, low, high, highest = wanted[name]

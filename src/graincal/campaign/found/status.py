@@ -128,9 +128,8 @@ def _iterations(result: Record) -> list[dict[str, Any]]:
 def _answer(result: Record) -> dict[str, Any] | None:
     if not (result.learnt and result.learnt[-1].answer):
         return None
-    if runs_at_answer(result.iterations[-1].samples, result.space):
-        answer = result.answer
-    else:
+    answer = result.answer if runs_at_answer(result.iterations[-1].samples, result.space) else None
+    if answer is None:
         answer = Answer(np.array(result.learnt[-1].answer), np.empty(0, dtype=np.int64), np.empty(0))
     theta = dict(zip(result.space.names, answer.theta.tolist()))
     return {"theta": theta, "errors": [_number(error) for error in answer.errors], "mean": _number(answer.mean), "spread": _number(answer.spread)}
@@ -160,7 +159,7 @@ def _figures(iteration: Iteration, best: float) -> dict[str, Any]:
         "index": iteration.index,
         "samples": len(iteration.samples),
         "failed": int(iteration.failed.sum()),
-        "stopped": int(iteration.stopped.sum()),
+        "stopped": 0 if iteration.stopped is None else int(iteration.stopped.sum()),
         "s": _number(iteration.s),
         "s_per_state": _number(iteration.s_per_state),
         "effective_sample_size": _number(iteration.effective_sample_size),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -68,7 +69,7 @@ class Summary:
                 return each
         raise KeyError(parameter)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[ParameterSummary]:
         return iter(self.parameters)
 
     def __len__(self) -> int:
@@ -114,8 +115,14 @@ def _rows(shown: Quantity, answer: float, ends: tuple[float, float] | None, span
     within = "–" if ends is None else numbers.between(*ends)
     rows = [Row(shown, numbers.within(answer, ends), within, f"{numbers.short(span[0])} to {numbers.short(span[1])}", by)]
     if shown.antilog:
-        rows += _rows(shown.antilog, *shown.raised(answer), ends and shown.raised(*ends), shown.raised(*span), by)
+        (raised,) = shown.raised(answer)
+        rows += _rows(shown.antilog, raised, None if ends is None else _raised(shown, ends), _raised(shown, span), by)
     return rows
+
+
+def _raised(shown: Quantity, ends: tuple[float, float]) -> tuple[float, float]:
+    low, high = shown.raised(*ends)
+    return low, high
 
 
 def _answer(result: Record) -> tuple[np.ndarray | None, float]:
@@ -138,7 +145,7 @@ def _state(result: Record) -> str:
 def _informed_by(emulated: Emulated) -> tuple[str | None, ...]:
     """For each parameter, in markup."""
     alone, several = emulated.alone, len(emulated.result.experiments) > 1
-    found = []
+    found: list[str | None] = []
     for k, left in enumerate(emulated.shrinkage):
         if left > WEAKLY:
             found.append("nothing")

@@ -19,8 +19,11 @@ from graincal.notation.quantities import parameters, quantity
 from graincal.notation.words import continued, listed
 
 if TYPE_CHECKING:
+    from graincal.campaign.found.answer import Answer
     from graincal.campaign.found.record import Record
     from graincal.campaign.found.remarks import ByEmulators
+    from graincal.inference.posterior.emulation import Found
+    from graincal.inference.sampling.posterior import Posterior
 
 ROUGH = 0.1
 """The emulator's held-out error, as a part of the spread of the responses, above which it is rough."""
@@ -44,33 +47,33 @@ def has_settled(result: Record) -> bool:
     return result.settled and result.found is not None and result.found.predicts
 
 
-def cautions(result: Record, known: ByEmulators | None) -> list[Remark]:
+def cautions(result: Record, found: Found, known: ByEmulators | None) -> list[Remark]:
     """What is to be read before anything else, where more evaluations may say something else; nothing where they would not."""
     if has_settled(result):
         return []
     said = [remark("preliminary", "Preliminary: the posterior has not settled. What follows may yet move.", doubt=result.learnt[-1].doubt)]
-    if known and result.found.predicts and known.unsure > MOSTLY_UNSURE:
+    if known and found.predicts and known.unsure > MOSTLY_UNSURE:
         text = f"{100 * known.unsure:.0f} % of the probability lies where too few runs were made: it may move by more than its intervals say."
         said.append(remark("mostly-unsure", text, unsure=known.unsure, limit=MOSTLY_UNSURE))
     return said
 
 
-def doubts(result: Record, known: ByEmulators | None) -> list[Remark]:
+def doubts(result: Record, found: Found, answer: Answer, known: ByEmulators | None) -> list[Remark]:
     """Why not to trust it. One that says so where there is no reason, as far as that is known."""
     said = [
-        *_not_settled(result),
-        *_of_emulator(result, known),
-        *_of_runs(result),
-        *(_of_errors(result, known) if known else []),
-        *_of_answer(result),
+        *_not_settled(result, found),
+        *_of_emulator(result, found, known),
+        *_of_runs(result, found),
+        *(_of_errors(result, found, answer, known) if known else []),
+        *_of_answer(result, answer, found.posterior),
         *_of_packings(result),
     ]
-    return said if said or known is None else [_nothing_against(result)]
+    return said if said or known is None else [_nothing_against(result, found)]
 
 
-def conditions(result: Record) -> list[Remark]:
+def conditions(result: Record, found: Found) -> list[Remark]:
     """What the posterior takes for granted."""
-    said, packings = _scatter(result), _packings(result)
+    said, packings = _scatter(found), _packings(result)
     for number, code, (these, one) in ((1, "one-packing", ("this packing", "one packing")), (2, "two-packings", ("these two packings", "two"))):
         names = [each.name for each, count, _ in packings if isinstance(each.model, StressPathTest) and not count and len(each.model.packings) == number]
         if names:
@@ -85,9 +88,9 @@ def conditions(result: Record) -> list[Remark]:
     return said
 
 
-def _scatter(result: Record) -> list[Remark]:
+def _scatter(found: Found) -> list[Remark]:
     """That runs at one place differ, where that is most of what the emulator misses held-out runs by: more runs do not change it."""
-    found, worst = result.found, int(np.argmax(result.found.held_out))
+    worst = int(np.argmax(found.held_out))
     if not found.scatters or found.held_out[worst] <= ROUGH:
         return []
     scatter, held_out = found.scatter[worst], found.held_out[worst]
@@ -127,21 +130,21 @@ def allows_discrepancy(result: Record) -> bool:
     return any(errors.discrepancies.any() for errors in result.knowledge.errors)
 
 
-def _not_settled(result: Record) -> list[Remark]:
+def _not_settled(result: Record, found: Found) -> list[Remark]:
     if has_settled(result):
         return []
     known, enough = result.learnt[-1], result.stop.posterior_shift
     figures = {"doubt": known.doubt, "enough": None if enough is False else enough, "confirmed": known.confirmed, "confirmed_enough": CONFIRMED}
-    because, then = _why_not_settled(result), "" if enough is False else " More evaluations would tell."
+    because, then = _why_not_settled(result, found), "" if enough is False else " More evaluations would tell."
     return [remark("not-settled", f"The posterior has not settled: {because}.{then}", **figures)]
 
 
-def _why_not_settled(result: Record) -> str:
+def _why_not_settled(result: Record, found: Found) -> str:
     known, enough = result.learnt[-1], result.stop.posterior_shift
-    if not result.found.predicts:
+    if not found.predicts:
         return "the emulator predicts nothing by which to tell"
-    if result.found.lost > MOST_LOST:
-        return f"{100 * result.found.lost:.0f} % of its probability lies where runs give nothing, and at most {100 * MOST_LOST:g} % may"
+    if found.lost > MOST_LOST:
+        return f"{100 * found.lost:.0f} % of its probability lies where runs give nothing, and at most {100 * MOST_LOST:g} % may"
     if enough is False:
         return "with posterior_shift = false nothing asks whether it has"
     if known.doubt > enough:
@@ -153,9 +156,9 @@ def _why_not_settled(result: Record) -> str:
     return "the last fresh runs at draws from it moved it"
 
 
-def _of_emulator(result: Record, known: ByEmulators | None) -> list[Remark]:
-    found, worst, said = result.found, max(result.found.held_out), []
-    settled, too_sure = has_settled(result), result.found.coverage < LEAST_COVERAGE
+def _of_emulator(result: Record, found: Found, known: ByEmulators | None) -> list[Remark]:
+    worst, said = max(found.held_out), []
+    settled, too_sure = has_settled(result), found.coverage < LEAST_COVERAGE
     if not found.predicts:
         text = "The emulator predicts held-out runs no better than their mean does: what is said here of the parameters cannot be relied on."
         said.append(remark("emulator-predicts-nothing", text, held_out_ratio=found.held_out_ratio))
@@ -182,8 +185,8 @@ def _of_emulator(result: Record, known: ByEmulators | None) -> list[Remark]:
     return said
 
 
-def _of_runs(result: Record) -> list[Remark]:
-    found, said = result.found, []
+def _of_runs(result: Record, found: Found) -> list[Remark]:
+    said = []
     carrying = int(np.sum(found.weights > 0))
     if carrying >= MANY_RUNS and found.pareto_k > LARGEST_K:
         text = f"A few runs carry most of the weight (Pareto k = {found.pareto_k:.2g}, above {LARGEST_K:g}): the runs were not where the posterior is."
@@ -205,13 +208,13 @@ def _of_runs(result: Record) -> list[Remark]:
     return said
 
 
-def _of_errors(result: Record, known: ByEmulators) -> list[Remark]:
+def _of_errors(result: Record, found: Found, answer: Answer, known: ByEmulators) -> list[Remark]:
     """How far the answer is from the reference, beside what the errors lead to."""
-    mean, expected, cause = result.answer.mean, known.expected_error, continued(causes(result))
+    mean, expected, cause = answer.mean, known.expected_error, continued(causes(result))
     away = f"The answer is {numbers.value(mean, 3)} % from the reference"
     if mean > FAR * expected:
         text = (
-            f"{away}, and {cause} alone lead to {expected:.2g} %: {'its runs scatter, or ' if result.found.scatters else ''}the model cannot reproduce the test that well, "
+            f"{away}, and {cause} alone lead to {expected:.2g} %: {'its runs scatter, or ' if found.scatters else ''}the model cannot reproduce the test that well, "
             "or the errors are too small as they are stated or taken, or the answer lies where the emulator is wrong. "
             + (
                 "The intervals allow for a discrepancy of the model."
@@ -226,9 +229,9 @@ def _of_errors(result: Record, known: ByEmulators) -> list[Remark]:
     return []
 
 
-def _of_answer(result: Record) -> list[Remark]:
-    names, labels, theta, said = result.space.names, [shown.label for shown in parameters(result.space)], result.answer.theta, []
-    low, high = result.posterior.interval()
+def _of_answer(result: Record, answer: Answer, posterior: Posterior) -> list[Remark]:
+    names, labels, theta, said = result.space.names, [shown.label for shown in parameters(result.space)], answer.theta, []
+    low, high = posterior.interval()
     if (outside := (theta < low) | (theta > high)).any():
         text = (
             f"The answer lies outside the {100 * PROBABILITY:.0f} % interval of {listed(_chosen(labels, outside))}: it is where the responses are known to fit best, and the interval is of all that "
@@ -262,8 +265,8 @@ def _packings(result: Record) -> list[tuple]:
     return list(zip(result.experiments, learnt.siblings, learnt.apart))
 
 
-def _nothing_against(result: Record) -> Remark:
-    found, failures = result.found, result.failures
+def _nothing_against(result: Record, found: Found) -> Remark:
+    failures = result.failures
     text = (
         f"Nothing that was looked at speaks against it: the emulator's held-out error is {100 * max(found.held_out):.2g} % of the spread of the responses, "
         f"{100 * found.coverage:.0f} % of those nearest to the reference lie in its {100 * PROBABILITY:.0f} % intervals, and "

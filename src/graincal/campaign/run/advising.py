@@ -33,6 +33,7 @@ from graincal.inference.likelihood.packings import PackingScatter
 from graincal.inference.likelihood.packings_elsewhere import packings_elsewhere
 from graincal.inference.likelihood.thinning import Thinning
 from graincal.inference.posterior.gain import expected_gain
+from graincal.inference.sampling.posterior import Posterior
 from graincal.inference.sampling.proposal import systematic_resampling
 from graincal.models import StressPathTest
 from graincal.models.stress_path import unusual
@@ -79,7 +80,8 @@ def advise(
     candidates = _candidates(result, tests, experiment)
     rng = np.random.default_rng([seed, 0])
     theta = _draws(result, samples, rng)
-    places = result.posterior.samples[systematic_resampling(result.posterior.weights, SAMPLES, rng)]
+    posterior = _posterior(result)
+    places = posterior.samples[systematic_resampling(posterior.weights, SAMPLES, rng)]
     judged, not_judged = [], {}
     with ExitStack() as stack:
         root = Path(folder) if folder is not None else result.folder / ADVICE if result.folder else Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -98,7 +100,7 @@ def advise(
         raise InputError("no test could be judged: " + "; ".join(f"{name}: {why}" for name, why in not_judged.items()))
     judged.sort(key=lambda each: -each.information)
     remarks = _remarks(result, experiment, judged) + _lost(judged, samples)
-    return Advice(result.space, result.posterior.std(), theta, tuple(judged), not_judged, tuple(remarks))
+    return Advice(result.space, posterior.std(), theta, tuple(judged), not_judged, tuple(remarks))
 
 
 def _check(result: Result, samples: int) -> None:
@@ -136,9 +138,15 @@ def _candidates(result: Result, tests: Sequence[CandidateTest | str] | None, exp
     return found
 
 
+def _posterior(result: Result) -> Posterior:
+    assert result.posterior is not None, "`_check` refuses a campaign without"
+    return result.posterior
+
+
 def _draws(result: Result, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """From the posterior, (K, n), spread evenly over its weights, all different: one that is drawn twice is one truth."""
-    drawn = result.posterior.samples[np.unique(drawn_rows(result.posterior, count, rng))]
+    posterior = _posterior(result)
+    drawn = posterior.samples[np.unique(drawn_rows(posterior, count, rng))]
     if len(drawn) < FEWEST:
         raise InputError(f"the posterior is held by so few of its samples that {count} draws are {len(drawn)} different ones, and {FEWEST} were expected.")
     return drawn
@@ -186,7 +194,7 @@ def _judge(
 ) -> AdvisedTest:
     """What a test is expected to tell, from the responses at some of the draws."""
     number = result.number(experiment.name)
-    curves = np.stack([response.observables(test.observables) for response in responses])
+    curves = np.stack([response.observables(tuple(test.observables)) for response in responses])
     whole = Thinning.of(test.reference(curves.mean(axis=0), simulated=experiment.reference.simulated))
     packings, counted = _packings(result, number, test, whole.kept)
     errors = error_model(whole, **result.calibration.error_options, packings=packings, counted=counted)

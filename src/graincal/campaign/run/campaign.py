@@ -22,7 +22,7 @@ from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.listener import Listener
 from graincal.campaign.stored.store import Store
 from graincal.campaign.stored.trouble import FolderError
-from graincal.data import Samples
+from graincal.data import Response, Samples
 from graincal.inference import PosteriorFilter
 from graincal.result import Result
 
@@ -93,9 +93,11 @@ class Campaign:
                     listener.remark(
                         f"The emulator trained after batch {index} predicts runs no better than their mean does, and is dropped: the next batch, where one is asked for, is drawn where the runs themselves fit."
                     )
-        self.store.stop(filter.stopped_by, filter.stopped_because)
+        by, because = filter.stopped_by, filter.stopped_because
+        assert by is not None and because is not None, "a filter that has finished says why"
+        self.store.stop(by, because)
         for listener in self.listeners:
-            listener.stops(filter.stopped_by, filter.stopped_because)
+            listener.stops(by, because)
         return Result(self.store, self.calibration)
 
     @property
@@ -140,4 +142,5 @@ def write_curves(result: Result, folder: Path) -> None:
         if result.answer and (mean := result.mean_response(result.answer, number)):
             curves["answer"] = mean
         for word, curve in curves.items():
+            assert isinstance(curve, Response), "a sample with an error has responses"
             write_curve(folder / f"{file_name(experiment.name)}_{word}.csv", curve, experiment.reference.control_name)

@@ -118,6 +118,7 @@ def _candidate(experiment: Experiment, kind: str, control: str, pressure: float 
     by_stress = kind in CONTROLS
     if pressure is None:
         pressure = (SEATING if by_stress else 1) * _pressure_of(experiment)
+    assert isinstance(experiment.model, StressPathTest), "other tests are derived from a built-in one"
     model = another_test(experiment.model, kind, confining_pressure=pressure, control=control)
     end = last if last is not None else LAST_STRESS * pressure if by_stress else LAST_STRAIN
     if by_stress and end <= pressure:
@@ -138,16 +139,16 @@ def rows_to(model: StressPathTest, last: float) -> NDArray[np.float64]:
 
 
 def _pressure_of(experiment: Experiment) -> float:
-    if experiment.model.confining_pressure is None:
+    if not isinstance(experiment.model, StressPathTest) or experiment.model.confining_pressure is None:
         raise InputError(
             f'experiment "{experiment.name}" has no confining pressure that other tests could be at: name tests with a pressure, such as "triaxial 1e5".'
         )
     return float(experiment.model.confining_pressure)
 
 
-def _the_same(test: StressPathTest, other: Model) -> bool:
-    """Whether another model makes the same test: of the compressions, whatever its stresses."""
-    if not isinstance(other, StressPathTest) or isinstance(other, TableTest) or test.kind != other.kind:
+def _the_same(test: Model, other: Model) -> bool:
+    """Whether another model makes the same built-in test: of the compressions, whatever its stresses."""
+    if not isinstance(test, StressPathTest) or not isinstance(other, StressPathTest) or isinstance(other, TableTest) or test.kind != other.kind:
         return False
     return test.kind in CONTROLS or (test.control == other.control and bool(np.isclose(test.confining_pressure, other.confining_pressure, rtol=0.05)))
 

@@ -88,7 +88,7 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
 
 def changed_keys(path: Path, store: Store) -> str | None:
     """The keys in which a campaign's copy of the calibration file says something else than the store; None for none, or where there is no copy."""
-    source = store.meta("source")
+    source = store.meta("source") or ""
     try:
         text = path.read_text(encoding="utf-8-sig")
         if text == source:

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import TYPE_CHECKING
 from uuid import uuid4
 
 from graincal.campaign.asked.calibration import Calibration
@@ -16,6 +17,9 @@ from graincal.data import InputError
 from graincal.execution.threads import Done
 from graincal.models import Model
 from graincal.models.named_function import find_function
+
+if TYPE_CHECKING:
+    from graincal.execution.elsewhere import Elsewhere
 
 LABEL = "label"
 """The key under which a store keeps what its jobs are known by, before the first of them is submitted."""
@@ -37,7 +41,7 @@ def check_place(place: Place | None) -> None:
         _function(place)
 
 
-def backend_elsewhere(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Callable[[Done], object] | None:
+def backend_elsewhere(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Callable[[Done], Elsewhere] | None:
     """What makes the scheduler's backend; None where evaluations run in workers of graincal's own. Raises InputError as `check_place`."""
     place = calibration.place
     if place is None:
@@ -52,18 +56,20 @@ def backend_elsewhere(calibration: Calibration, store: Store, listeners: Sequenc
 
     models = [experiment.model for experiment in calibration.experiments]
 
-    def make(done: Done) -> object:
+    folder = store.folder
+
+    def make(done: Done) -> Elsewhere:
         if place.executor == PARSL:
             from graincal.execution.parsl import OnBlocks
             from graincal.execution.providers import Blocks
 
-            timeouts = [_timeout(model) for model in models]
-            longest, cores = None if None in timeouts else max(timeouts), max(getattr(model, "cores", 1) for model in models)
-            label = _label(store)
-            return OnBlocks(Blocks(**place.blocks), label, done, _seen_by_blocks(store.folder, label, models, say), say, longest=longest, cores=cores)
+            timeouts = [seconds for model in models if (seconds := _timeout(model)) is not None]
+            longest, cores = max(timeouts) if len(timeouts) == len(models) else None, max(getattr(model, "cores", 1) for model in models)
+            label = _label(store, folder)
+            return OnBlocks(Blocks(**place.blocks), label, done, _seen_by_blocks(folder, label, models, say), say, longest=longest, cores=cores)
         from graincal.execution.elsewhere import OnNamedExecutor
 
-        return OnNamedExecutor(_executor(place), done, store.folder, say, needs_folder=any(map(_keeps_files, models)))
+        return OnNamedExecutor(_executor(place), done, folder, say, needs_folder=any(map(_keeps_files, models)))
 
     return make
 
@@ -95,10 +101,10 @@ def _runs_in_scratch(model: Model) -> bool:
     return folders is not None and folders.scratch is not None
 
 
-def _label(store: Store) -> str:
+def _label(store: Store, folder: Path) -> str:
     """The same for all sittings of a campaign, and another one for a copy of its folder, whose jobs are others."""
     store.keep(LABEL, uuid4().hex[:12])
-    return f"graincal-{store.meta(LABEL)}-{hashlib.sha256(str(store.folder.resolve()).encode('utf-8', 'surrogateescape')).hexdigest()[:6]}"
+    return f"graincal-{store.meta(LABEL)}-{hashlib.sha256(str(folder.resolve()).encode('utf-8', 'surrogateescape')).hexdigest()[:6]}"
 
 
 def _function(place: Place) -> Callable[[], Executor]:

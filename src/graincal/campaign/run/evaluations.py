@@ -80,7 +80,8 @@ class Evaluations:
                 self._give_batch(index, samples, early_stop)
         self._until_ended(first)
         for ended in chain.from_iterable(self._not_started.values()):
-            experiment = self.calibration.experiments[ended.task.name.experiment]
+            experiment = self.calibration.experiments[_evaluation(ended).experiment]
+            assert isinstance(ended.outcome, Failure), "what was not started gave nothing"
             raise InputError(f'experiment "{experiment.name}": no evaluation could be started: {ended.outcome.reason}')
         self._leave_to_hand(first)
 
@@ -150,7 +151,7 @@ class Evaluations:
 
     def _tasks(self, iteration: int, number: int, samples: Samples, experiment: Experiment, early_stop: EarlyStop | None = None) -> list[Task]:
         def hopeless(id: int, response: Response) -> bool:
-            return early_stop.hopeless(number, id, experiment.so_far(response))
+            return early_stop is not None and early_stop.hopeless(number, id, experiment.so_far(response))
 
         tasks = experiment.tasks(self.calibration.space.seen_by(number, samples))
         names = [Evaluation(iteration, number, int(id)) for id in samples.ids]
@@ -160,7 +161,7 @@ class Evaluations:
 
     def _record(self, ended: Ended) -> tuple[Evaluation, Response | Failure]:
         """Keep an outcome, after those that were held back."""
-        name = ended.task.name
+        name = _evaluation(ended)
         self._under_way[name.iteration] -= 1
         if name.experiment in self._not_started:
             if isinstance(ended.outcome, Failure) and ended.outcome.kind == NOT_STARTED:
@@ -171,7 +172,7 @@ class Evaluations:
         return name, self._keep(ended)
 
     def _keep(self, ended: Ended) -> Response | Failure:
-        name = ended.task.name
+        name = _evaluation(ended)
         experiment = self.calibration.experiments[name.experiment]
         outcome = experiment.compared(ended.outcome)
         self.store.record(name.id, name.experiment, outcome, ended.attempts)
@@ -179,3 +180,8 @@ class Evaluations:
         for listener in self.listeners:
             listener.evaluated(name.id, experiment.name, outcome)
         return outcome
+
+
+def _evaluation(ended: Ended) -> Evaluation:
+    assert isinstance(ended.task.name, Evaluation), "`_tasks` names them so"
+    return ended.task.name

@@ -27,7 +27,7 @@ from graincal.campaign.stored.log import NAME as LOG
 from graincal.campaign.stored.log import Log
 from graincal.campaign.stored.store import Store, holds_campaign
 from graincal.data import InputError, ParameterSpace, Samples
-from graincal.inference import Stop
+from graincal.inference import PosteriorFilter, Stop
 from graincal.inference.sampling.defensive import DefensiveMixture
 from graincal.models import Model
 
@@ -80,7 +80,7 @@ def fill(calibration: Calibration, folder: str | Path, runs: int | None = None, 
         points = checked_points(points, calibration.space)
         count = len(points)
     else:
-        count = calibration.blank_filter().first_batch if runs is None else runs
+        count = _filling(calibration) if runs is None else runs
         if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 2:
             raise InputError(f"explore: runs must be a whole number above 1, not {runs!r}.")
     if is_library(folder):
@@ -134,8 +134,17 @@ def is_library(folder: Path) -> bool:
         return store.is_library
 
 
+def _filling(calibration: Calibration) -> int:
+    """How many runs fill its ranges."""
+    filter = calibration.blank_filter()
+    assert isinstance(filter, PosteriorFilter), "`for_library` sets the method"
+    return filter.first_batch
+
+
 def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Path:
-    count, space = int(store.meta(LIBRARY)), calibration.space
+    asked = store.meta(LIBRARY)
+    assert store.folder is not None and asked is not None, "a library lies in a folder, and says how many runs it is to hold"
+    count, space = int(asked), calibration.space
     for listener in listeners:
         listener.begins(calibration)
     if changed := look_at_code(store, calibration):

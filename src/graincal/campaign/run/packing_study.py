@@ -11,6 +11,7 @@ from graincal.campaign.run.evaluations import Evaluations
 from graincal.data import InputError
 from graincal.inference import PosteriorFilter
 from graincal.inference.likelihood.packings import SIBLINGS
+from graincal.models import StressPathTest
 
 VOID_RATIO_APART = 0.003
 """From which it is said."""
@@ -19,24 +20,26 @@ VOID_RATIO_APART = 0.003
 def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
     """Run what the filter wants to be run on siblings of each experiment's packing, as far as the store does not hold it, and tell it."""
     calibration, store, listeners = evaluations.calibration, evaluations.store, evaluations.listeners
+    assert filter.places is not None, "it waits for what runs at these places give"
     samples = samples_at(filter.places, calibration.space.names)
     store.ask(STUDY, samples, len(calibration.experiments))
     for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):
         waiting = samples.take(np.isin(samples.ids, store.waiting(STUDY, number, by_itself=True)))
-        if siblings is None or not len(waiting) or store.meta(TROUBLE.format(number)):
+        own_model = experiment.model
+        if siblings is None or not isinstance(own_model, StressPathTest) or not len(waiting) or store.meta(TROUBLE.format(number)):
             continue
         for listener in listeners:
             listener.remark(
                 f"Learns what packings differ by: prepares {SIBLINGS} packings like that of {experiment.name}, where they are not there yet, and runs {len(waiting)} samples on them."
             )
         try:
-            model = experiment.model.on_siblings(SIBLINGS, calibration.number_of_workers)
+            model = own_model.on_siblings(SIBLINGS, calibration.number_of_workers)
         except InputError as error:
             store.keep(TROUBLE.format(number), str(error))
             for listener in listeners:
                 listener.remark(f"What packings differ by is left out, for none like that of {experiment.name} could be prepared: {error}")
             continue
-        own, others = experiment.model.packing.void_ratio, model.packing.void_ratio
+        own, others = own_model.first_packing.void_ratio, model.first_packing.void_ratio
         if abs(own - others) > VOID_RATIO_APART:
             for listener in listeners:
                 listener.remark(

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
-from graincal.campaign.asked.calibration import POSTERIOR, Calibration
+from graincal.campaign.asked.calibration import NO_SPACE, POSTERIOR, Calibration
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.doubts import doubts, thinning_notes
@@ -85,6 +85,8 @@ def calibrate(
         raise InputError("calibrate needs the reference that the model is compared with.")
     else:
         experiments = [Experiment("experiment", model, reference)]
+    if space is None:
+        raise InputError(NO_SPACE)
     if max_evaluations is not None:
         stop = replace(stop, max_evaluations=max_evaluations)
     calibration = Calibration(space, experiments, method, filter_options, stop, seed, workers, truth=truth or {}, expected_seconds=expected_seconds)
@@ -216,7 +218,7 @@ def _resume(
                 # First: a copy that is missing is written again, and one that is older than the store would be taken for edited.
                 _discard_source(folder / CALIBRATION_FILE)
             store.go_on(calibration.stop, f"Continued with {said}, instead of what stands below.", kept)
-            calibration = replace(calibration, source=store.meta("source"))
+            calibration = replace(calibration, source=store.meta("source") or "")
             log.write(f"Goes on with {said}.")
         return _run(calibration, store, log, listeners)
 
@@ -228,15 +230,16 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
         + ", ".join(f"{name} {value}" for name, value in now.items())
         + f", {calibration.number_of_workers} workers{'' if calibration.place is None else f', by {calibration.place}'}."
     )
-    _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
+    if store.folder is not None:
+        _keep_source(store.folder / CALIBRATION_FILE, calibration.source)
     listeners = (*listeners, log)
     sources = calibration.known.sources if calibration.known else ()
     for remark in (*sources, *(f"{doubt.level.capitalize()}: {doubt}" for doubt in [*thinning_notes(calibration), *doubts(calibration)])):
         for listener in listeners:
             listener.remark(remark)
-    if changed := differences(store.provenance, now):
+    if others := differences(store.provenance, now):
         for listener in listeners:
-            listener.remark(f"This campaign goes on with {changed}; its figures may differ in the last digits from those of an uninterrupted run.")
+            listener.remark(f"This campaign goes on with {others}; its figures may differ in the last digits from those of an uninterrupted run.")
     if changed := look_at_code(store, calibration):
         for listener in listeners:
             listener.remark(changed)

@@ -36,4 +36,6 @@ def pack_columns(columns: Mapping[str, NDArray[np.float64]]) -> bytes:
 def unpack_columns(blob: bytes) -> dict[str, NDArray[np.float64]]:
     """The columns that `pack_columns` made bytes of, by name."""
     table = unpack_array(blob)
+    if table.dtype.names is None:
+        raise ValueError("named columns were expected")
     return {name: np.ascontiguousarray(table[name]) for name in table.dtype.names}

@@ -47,17 +47,17 @@ class StoredCalibration:
     @damage_is_said
     def description(self) -> dict[str, Any]:
         """The calibration as plain data (description.py)."""
-        return json.loads(self.meta("description"))
+        return json.loads(self._begun_with("description"))
 
     @cached_property
     @damage_is_said
     def calibration(self) -> Calibration:
         """The calibration, with models as far as they can be found again."""
-        truth = json.loads(self.meta("truth"))
+        truth = json.loads(self._begun_with("truth"))
         # A store of a version before says none.
         place = json.loads(self.meta("place") or "null")
         others = {
-            "workers": json.loads(self.meta("workers")),
+            "workers": json.loads(self._begun_with("workers")),
             "place": place and Place(**place),
             "source": self.meta("source"),
             "truth": truth,
@@ -83,12 +83,18 @@ class StoredCalibration:
     @damage_is_said
     def provenance(self) -> dict[str, str]:
         """What the campaign was begun with."""
-        return json.loads(self.meta("provenance"))
+        return json.loads(self._begun_with("provenance"))
 
     def meta(self, key: str) -> str | None:
         """A text that is kept once: "started" (time), "source", "stopped_by", "stopped_because"; None if it is not there."""
         rows = self._rows(f"SELECT value FROM meta WHERE key = ? AND {sound('meta')}", key)
         return rows[0][0] if rows else None
+
+    def _begun_with(self, key: str) -> str:
+        """A text that is kept from the beginning. Raises KeyError for a store without it, which is damaged."""
+        if (text := self.meta(key)) is None:
+            raise KeyError(key)
+        return text
 
     def keep(self, key: str, text: str) -> None:
         """Keep a text once (`meta`)."""

@@ -68,7 +68,9 @@ def look_at_code(store: Store, calibration: Calibration) -> str | None:
     if not now and store.meta(CODE) is None:
         return None
     store.keep(CODE, json.dumps(now))
-    before = json.loads(store.meta(CODE))
+    kept = store.meta(CODE)
+    assert kept is not None, "it was kept a moment ago, or before"
+    before = json.loads(kept)
     names = ", ".join(sorted(name for name in {*before, *now} if before.get(name) != now.get(name)))
     if not names:
         return None
@@ -81,6 +83,8 @@ def refuse_strangers_code(store: Store, place: Place | None = None) -> None:
     """Raise InputError where the store's database belongs to another user, and going on with it would run functions or programs that it names, or lines of its jobs' scripts: that is for a person to decide, who is shown which.
 
     place: where it is to run now, if not where it was begun."""
+    if store.folder is None:
+        return
     database = store.folder / NAME
     try:
         owner = database.stat().st_uid

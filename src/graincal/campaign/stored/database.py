@@ -61,7 +61,7 @@ class Database:
                 )
                 self._connection.execute("PRAGMA synchronous = FULL")
         except sqlite3.Error as error:
-            raise FolderError.of(path, error, reading=not create) from error
+            raise FolderError.of(path or "memory", error, reading=not create) from error
         self._damaged = ""
         self._connection.create_function("checksum", -1, _checksum, deterministic=True)
         self._connection.create_function("sound", -1, self._sound, deterministic=True)

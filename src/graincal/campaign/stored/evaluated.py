@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,7 +78,7 @@ class StoredEvaluations(StoredCalibration):
         if isinstance(outcome, Response):
             turns = {"turns": outcome.turns} if outcome.turns else {}
             about = json.dumps({name: getattr(outcome, name) for name in _ABOUT} | turns)
-            found = ("finished", pack_array(outcome.control), pack_columns(outcome.values), about, None, None)
+            found: tuple[str | bytes | None, ...] = ("finished", pack_array(outcome.control), pack_columns(outcome.values), about, None, None)
         else:
             found = ("failed", None, None, None, outcome.kind, outcome.reason)
         with self._transaction() as db:
@@ -92,7 +93,7 @@ class StoredEvaluations(StoredCalibration):
         return self.outcomes([id], experiment)[0]
 
     @damage_is_said
-    def outcomes(self, ids: Sequence[int], experiment: int) -> list[Response | Failure | None]:
+    def outcomes(self, ids: Sequence[int] | NDArray[np.int64], experiment: int) -> list[Response | Failure | None]:
         """Of several samples, in their order."""
         columns = "sample, state, details, control, response, about, kind, reason"
         found: dict[int, Response | Failure | None] = {}
@@ -156,10 +157,8 @@ class StoredEvaluations(StoredCalibration):
         return Samples(np.array([id for id, _ in rows], dtype=np.int64), theta, names)
 
 
-def _outcome(
-    state: str, details: str | None, control: bytes | None, response: bytes | None, about: str | None, kind: str | None, reason: str | None
-) -> Response | Failure | None:
-    """What a row of evaluations says."""
+def _outcome(state: str, details: Any, control: Any, response: Any, about: Any, kind: Any, reason: Any) -> Response | Failure | None:
+    """What a row of evaluations says, whose columns are NULL where the state needs none; whatever a damaged one holds is said by whoever reads it (`damage_is_said`)."""
     if state == "finished":
         said = json.loads(about)
         control_name, pressure, in_pascal = (said[name] for name in _ABOUT)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graincal.inference import PosteriorFilter
 from graincal.inference.posterior.likely_runs import LikelyRuns, likely_runs
@@ -57,30 +58,33 @@ class Learnt:
     def of(cls, filter: PosteriorFilter) -> Learnt:
         """After the filter's last complete batch."""
         emulation, shift = filter.emulation, math.nan if filter.answered else filter.shift()
-        without_emulator = {
-            "siblings": tuple(known.packings if known else 0 for known in filter.packings),
-            "apart": tuple(known.apart if known else math.nan for known in filter.packings),
-            "fits_about_as_well": likely_runs(filter.evaluations, filter.kept, filter.errors, len(filter.iterations[-1].samples) if filter.answered else 0),
-        }
+        without_emulator = cls(
+            siblings=tuple(known.packings if known else 0 for known in filter.packings),
+            apart=tuple(known.apart if known else math.nan for known in filter.packings),
+            fits_about_as_well=likely_runs(filter.evaluations, filter.kept, filter.errors, len(filter.iterations[-1].samples) if filter.answered else 0),
+        )
         if emulation is None:
-            return cls(**without_emulator)
-        posterior = emulation.posterior
+            return without_emulator
+        posterior, doubt = emulation.posterior, emulation.doubt
         low, high = posterior.interval()
-        moments = {"mean": posterior.mean(), "std": posterior.std(), "low": low, "high": high, "answer": emulation.answer}
-        return cls(
+        return replace(
+            without_emulator,
             posterior_shift=shift if math.isfinite(shift) else math.nan,
             held_out_error=max(emulation.held_out),
             coverage=emulation.coverage,
             log_evidence=emulation.log_evidence,
-            log_evidence_std=float(np.hypot(filter.doubt.log_evidence.std(), emulation.explored.log_evidence_std)),
+            log_evidence_std=float(np.hypot(doubt.log_evidence.std(), emulation.explored.log_evidence_std)),
             effective_runs=emulation.effective_runs,
             pareto_k=emulation.pareto_k,
             dropped=emulation.dropped,
             held_out_ratio=emulation.held_out_ratio,
-            doubt=filter.doubt.most,
+            doubt=doubt.most,
             confirmed=filter.confirmed,
-            **{name: tuple(map(float, values)) for name, values in moments.items()},
-            **without_emulator,
+            mean=_floats(posterior.mean()),
+            std=_floats(posterior.std()),
+            low=_floats(low),
+            high=_floats(high),
+            answer=_floats(emulation.answer),
         )
 
     def figures(self) -> dict[str, float | None]:
@@ -95,14 +99,23 @@ class Learnt:
     @classmethod
     def restore(cls, plain: Mapping[str, Any]) -> Learnt:
         """What `plain` made."""
-        restored = {name: _restored(value) for name, value in plain.items() if name != "fits_about_as_well"}
+        restored: dict[str, Any] = {name: _restored(value) for name, value in plain.items() if name != "fits_about_as_well"}
         fits = plain.get("fits_about_as_well")
-        return cls(**restored, fits_about_as_well=fits and LikelyRuns(**{name: _restored(value) for name, value in fits.items()}))
+        likely: dict[str, Any] | None = fits and {name: _restored(value) for name, value in fits.items()}
+        return cls(**restored, fits_about_as_well=LikelyRuns(**likely) if likely else None)
 
 
 def _or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(map(float, values))
+
+
 def _restored(value: float | list[float | None] | None) -> float | tuple[float, ...]:
-    return math.nan if value is None else tuple(map(_restored, value)) if isinstance(value, list) else value
+    return tuple(map(_or_nan, value)) if isinstance(value, list) else _or_nan(value)
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,7 @@ def pack_look(found: Found) -> bytes:
     arrays |= _packed(found.kernels, "kernels") | _packed(found.cheaper, "cheaper")
     arrays["impossible"] = _rows(found.of_impossible)
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
     return buffer.getvalue()
 
 
@@ -64,7 +65,7 @@ def _named(holder: object, names: Sequence[str], prefix: str) -> dict[str, NDArr
     return {prefix + name: np.asarray(getattr(holder, name)) for name in names}
 
 
-def _read(arrays: Arrays, names: Sequence[str], prefix: str) -> dict[str, object]:
+def _read(arrays: Arrays, names: Sequence[str], prefix: str) -> dict[str, Any]:
     """The arrays of these names, and plain numbers for those that are one."""
     return {name: array if array.ndim else array.item() for name in names for array in [arrays[prefix + name]]}
 

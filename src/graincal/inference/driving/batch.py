@@ -86,13 +86,18 @@ class Batches:
         self._last = batch
         self.asked += len(batch.samples)
 
+    @property
+    def _latest(self) -> Batch:
+        assert self._last is not None, "a filter asks for its first batch as it is made"
+        return self._last
+
     def take_complete(self) -> Batch | None:
         """The earliest, if all of it has been told, which is then under way no more; None otherwise."""
         return self._under_way.popleft() if self._under_way and self._under_way[0].told.all() else None
 
     def untold(self) -> Samples:
         """The samples that have not been told, of all batches."""
-        return _joined([batch.samples.take(~batch.told) for batch in self._under_way] or [self._last.samples.take(slice(0))])
+        return _joined([batch.samples.take(~batch.told) for batch in self._under_way] or [self._latest.samples.take(slice(0))])
 
     def tell(
         self,
@@ -120,7 +125,7 @@ class Batches:
     def _rows(self, samples: Samples) -> NDArray[np.intp]:
         """Which samples they are, counted from the first of the batches under way."""
         ids = np.asarray(samples.ids, dtype=np.int64)
-        all_asked = _joined([batch.samples for batch in self._under_way] or [self._last.samples.take(slice(0))])
+        all_asked = _joined([batch.samples for batch in self._under_way] or [self._latest.samples.take(slice(0))])
         is_told = np.concatenate([*(batch.told for batch in self._under_way), [True]])
         rows = ids - (self.asked - len(all_asked))
         known = ids < self.asked
@@ -136,14 +141,14 @@ class Batches:
         asked = all_asked.theta[rows]
         if theta.shape != asked.shape:
             raise InputError(f"tell: the samples' theta must have the shape {asked.shape}, not {theta.shape}.")
-        to_unit = self._last.space.to_unit
+        to_unit = self._latest.space.to_unit
         same = np.all(np.abs(to_unit(theta) - to_unit(asked)) <= TOLERANCE, axis=1)
         if not same.all():
             raise InputError(f"tell: sample {ids[~same][0]} has other parameters than the sample that was asked.")
         return rows
 
     def _arrays(self, responses: Sequence[NDArray[np.float64]] | NDArray[np.float64], count: int) -> list[NDArray[np.float64]]:
-        shapes = [thinning.whole.values.shape for thinning in self._last.thinnings]
+        shapes = [thinning.whole.values.shape for thinning in self._latest.thinnings]
         if len(shapes) == 1:
             array = _numbers(responses)
             arrays = [array[0] if array.ndim == 4 and len(array) == 1 else array]

@@ -47,7 +47,7 @@ class Stop:
             if value is False or (value is None and name == "max_iterations"):
                 continue
             count = name.startswith("max_")
-            number = isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and value >= 0
+            number = isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) >= 0
             if not number or (count and (value < 1 or value != int(value))):
                 kind = "a whole number above 0" if count else "a number, not negative,"
                 raise InputError(f"stop.{name} must be {kind} or false, not {value!r}.")

@@ -83,9 +83,10 @@ class Emulator:
             self._total = max(self._total, cheaper._total)
         curves = self._varying(unit, responses, scale)
         middle = curves.mean(axis=0)
-        some_begun = begun is not None and len(begun[0]) > 0
+        if begun is not None and not len(begun[0]):
+            begun = None
         states = len(reference.control)
-        reduction = Reduction(curves - middle, np.tile(segments(states) if some_begun else np.zeros(states, dtype=np.int64), responses.shape[2]))
+        reduction = Reduction(curves - middle, np.tile(segments(states) if begun is not None else np.zeros(states, dtype=np.int64), responses.shape[2]))
         self.centre = scale * middle
         self.basis = scale[:, None] * reduction.basis
         if cheaper is not None:
@@ -94,12 +95,12 @@ class Emulator:
         # Over all evaluations, which is more than near the reference: counted as there, the posterior of a measured sand is narrower, and was not settled after twice as many runs (docs/posterior.md).
         self.truncation = scale**2 * reduction.left_out
         scores, self._complete = reduction.scores, len(unit)
-        if some_begun:
+        if begun is not None:
             unit = np.concatenate([unit, begun[0]])
             scores = np.concatenate([scores, reduction.of_first_segments(self._varying(*begun, scale) - middle)])
         unit = unit[:, seen]
         self._seen = seen
-        self._by_segments = some_begun
+        self._by_segments = begun is not None
         self._processes, self.powers = self._found(unit, scores, start) if known is None else self._made(unit, scores, known)
         self.inflation = np.ones(scores.shape[1])
         self.judges = np.full(self._complete, 1 / self._complete)
@@ -191,7 +192,8 @@ class Emulator:
     def _held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Of those that were not stopped, which come first: errors and standard deviations (N, q)."""
         errors, deviations = zip(*(process.held_out() for process in self._processes))
-        return tuple(np.column_stack([each[: self._complete] for each in every]) for every in (errors, deviations))
+        of_errors, of_deviations = (np.column_stack([each[: self._complete] for each in every]) for every in (errors, deviations))
+        return of_errors, of_deviations
 
     def held_out(self) -> HeldOut:
         """How it predicts each evaluation from the others, of those that were not stopped."""
@@ -210,4 +212,7 @@ def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts:
 
 def emulated_log_likelihood(likelihoods: Sequence[ReducedLikelihood], emulators: Sequence[Emulator], unit: NDArray[np.float64]) -> NDArray[np.float64]:
     """Of all references, each with its emulator, (M,) at points (M, n)."""
-    return sum(likelihood(*emulator.predict(unit)) for likelihood, emulator in zip(likelihoods, emulators))
+    logs = np.zeros(len(unit))
+    for likelihood, emulator in zip(likelihoods, emulators):
+        logs += likelihood(*emulator.predict(unit))
+    return logs

@@ -104,5 +104,5 @@ def bounds(experiments: Sequence[FirstStates], responses: Sequence[NDArray[np.fl
 
 def leading_states(responses: NDArray[np.float64]) -> NDArray[np.int64]:
     """How many states of each response (N, T, J) are known before the first that is not, (N,)."""
-    known = np.isfinite(responses).all(axis=2)
+    known: NDArray[np.bool_] = np.all(np.isfinite(responses), axis=2)
     return np.where(known.all(axis=1), known.shape[1], np.argmin(known, axis=1))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 import scipy
@@ -28,6 +30,13 @@ DISCREPANCY_LENGTH = 1 / 3
 
 # Of an observable's peak: a point that is exactly known (a first state of zero) would make the covariance singular.
 FLOOR = 1e-6
+
+
+class ErrorOptions(TypedDict):
+    """What is taken for granted of the errors of references; see `error_model`."""
+
+    correlation_length: float | None
+    discrepancy: bool | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +89,7 @@ def error_model(
     lack = scipy.linalg.block_diag(*(peak**2 * lack for peak in peaks))
     factors, factor_prior = packings.factors if packings else ((0.0,), (1.0,))
     between = counted * packings.covariance if packings else np.zeros_like(lack)
-    lengths = CORRELATION_LENGTHS if correlation_length is None else (correlation_length,)
+    lengths: Sequence[float] = CORRELATION_LENGTHS if correlation_length is None else (correlation_length,)
     measured = [
         scipy.linalg.block_diag(
             *(

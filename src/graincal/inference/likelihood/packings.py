@@ -79,11 +79,11 @@ def packing_scatter(responses: NDArray[np.float64], own: NDArray[np.float64], co
 
     The covariance found is shrunk towards a smooth one with the same variances, for a few packings have few directions.
     """
-    known = np.isfinite(responses).all(axis=(2, 3))
+    known: NDArray[np.bool_] = np.all(np.isfinite(responses), axis=(2, 3))
     usable = np.flatnonzero(known.sum(axis=0) >= FEWEST)
     if not len(usable):
         return None
-    found, degrees, apart = 0.0, 0, []
+    found, degrees, apart = np.zeros(()), 0, []
     for place in usable:
         curves = columns(responses[known[:, place], place])
         middle, count = curves.mean(axis=0), len(curves)

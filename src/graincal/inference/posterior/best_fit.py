@@ -48,12 +48,12 @@ def _best_in_box(expected: LogLikelihood, space: ParameterSpace, starts: NDArray
 def _best_allowed(expected: LogLikelihood, space: ParameterSpace, starts: NDArray[np.float64], impossible: Chance | None) -> NDArray[np.float64]:
     """The same where constraints hold, which have no gradient: by a population that none leaves."""
     starts = starts[space.allows(starts)]
-    kept_out = impossible is not None and np.all(impossible.of(starts) < 0.5)
+    avoided = impossible if impossible is None or np.all(impossible.of(starts) < 0.5) else None
 
     def downhill(points: NDArray[np.float64]) -> NDArray[np.float64]:
         possible = space.allows(points.T)
-        if kept_out and possible.any():
-            possible[possible] = impossible.of(points.T[possible]) < 0.5
+        if avoided is not None and possible.any():
+            possible[possible] = avoided.of(points.T[possible]) < 0.5
         logs = np.full(points.shape[1], np.inf)
         if possible.any():
             logs[possible] = -expected(points.T[possible])

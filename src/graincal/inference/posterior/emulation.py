@@ -138,7 +138,7 @@ def emulate(
     before: from fewer of the evaluations. cheaper: emulators of a first look at each reference. near: a density that the posterior is near to, for as long as nothing is before.
     thorough: as in `explore`; without anything before it is. of_measurement: the errors of the measurements alone, under which the answer fits best; by default `errors`."""
     learnt = [
-        _learn(evaluations, number, reference, model, scatter, before and before.emulators[number], cheaper and cheaper[number])
+        _learn(evaluations, number, reference, model, scatter, before.emulators[number] if before else None, cheaper[number] if cheaper else None)
         for number, (reference, model, scatter) in enumerate(zip(references, errors, scatters))
     ]
     emulators, likelihoods, first_states = zip(*learnt)
@@ -161,7 +161,7 @@ def emulate(
     weights = normalised(log_weights) if some else np.zeros(len(evaluations))
     held_out = [emulator.held_out() for emulator in emulators]
     nearness = _near_the_posterior(evaluations, weights if some else None, emulators)
-    drawn = np.sum(evaluations.proposal >= 0)
+    drawn = int(np.sum(evaluations.proposal >= 0))
     of_runs = log_evidence(log_weights, drawn) if some else -np.inf
 
     drawn_again = systematic_resampling(explored.weights, SAMPLES, rng)
@@ -233,7 +233,7 @@ def recall(
 ) -> Emulation:
     """What `emulate` found before of the same evaluations, with the emulators made again by the kernels that are kept: nothing is searched for."""
     learnt = [
-        _learn(evaluations, number, reference, model, scatter, None, cheaper and cheaper[number], kernels)
+        _learn(evaluations, number, reference, model, scatter, None, cheaper[number] if cheaper else None, kernels)
         for number, (reference, model, scatter, kernels) in enumerate(zip(references, errors, scatters, found.kernels))
     ]
     emulators, likelihoods, first_states = zip(*learnt)

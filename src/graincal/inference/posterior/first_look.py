@@ -45,7 +45,7 @@ class FirstLook:
         inside = space.contains(self.theta)
         unit = space.to_unit(self.theta[inside])
         return tuple(
-            Emulator(unit, responses[inside], reference, seen=space.columns(number), known=known and known[number])
+            Emulator(unit, responses[inside], reference, seen=space.columns(number), known=known[number] if known else None)
             for number, (reference, responses) in enumerate(zip(references, self.responses))
         )
 

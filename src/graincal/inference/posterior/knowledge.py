@@ -12,7 +12,7 @@ from graincal.inference.driving.batch import Batch
 from graincal.inference.driving.evaluations import Evaluations
 from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.emulator.emulator import Emulator
-from graincal.inference.likelihood.error_model import ErrorModel, error_model, hypotheses
+from graincal.inference.likelihood.error_model import ErrorModel, ErrorOptions, error_model, hypotheses
 from graincal.inference.likelihood.errors import observable_errors, sample_errors
 from graincal.inference.likelihood.packings import PackingScatter, Siblings, packing_scatter
 from graincal.inference.likelihood.thinning import Thinning
@@ -50,7 +50,7 @@ class Knowledge:
         self.siblings = tuple(siblings or [None] * len(self.references))
         if len(self.siblings) != len(self.references):
             raise InputError(f"filter.siblings must have one entry for each of the {len(self.references)} references.")
-        self.error_options = {"correlation_length": correlation_length, "discrepancy": discrepancy}
+        self.error_options: ErrorOptions = {"correlation_length": correlation_length, "discrepancy": discrepancy}
         self._check_size(discrepancy)
         self.scatters = tuple(reference.simulated for reference in self.references)
         self.packings: tuple[PackingScatter | None, ...] = (None,) * len(self.references)
@@ -92,7 +92,7 @@ class Knowledge:
 
     def errors_if(self, *, discrepancy: bool = True, packings: bool = True) -> tuple[ErrorModel, ...]:
         """The hypotheses on the errors of each reference as they would be without what the model cannot reproduce, or without what packings differ by."""
-        options = self.error_options if discrepancy else {**self.error_options, "discrepancy": False}
+        options: ErrorOptions = self.error_options if discrepancy else {**self.error_options, "discrepancy": False}
         return tuple(
             error_model(thinning, **options, packings=scatter if packings else None, counted=self.counted(number))
             for number, (thinning, scatter) in enumerate(zip(self.thinnings, self.packings))
@@ -118,6 +118,7 @@ class Knowledge:
     def recall(self, found: Found, cheaper: Sequence[Emulator] | None = None) -> Emulation:
         """What a look at the first of the evaluations found, with its emulators; cheaper: those of the first look, made again if they are not given."""
         if found.cheaper and cheaper is None:
+            assert self.first_look is not None, "kernels of a first look are found where there was one"
             cheaper = self.first_look.emulators(self.space, self.kept, found.cheaper)
         return recall(found, self.evaluations.first(len(found.weights)), self.kept, self.errors, self.scatters, cheaper)
 

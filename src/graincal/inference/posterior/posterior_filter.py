@@ -47,6 +47,10 @@ GROWTH = 0.25
 FEW = 200
 
 
+Looks = Callable[[int], Found | None]
+"""What was found before by a look at so many evaluations; None where there was none."""
+
+
 class PosteriorFilter(AskTellFilter):
     """Calibrates parameters against one or several references: the posterior under errors as a laboratory states them.
 
@@ -95,7 +99,7 @@ class PosteriorFilter(AskTellFilter):
         known: KnownRuns | None = None,
         stop: Stop = Stop(),
         seed: int = 1,
-        looks: Callable[[int], Found | None] | None = None,
+        looks: Looks | None = None,
     ) -> None:
         self.space = space
         references = (references,) if isinstance(references, Reference) else tuple(references)
@@ -130,7 +134,8 @@ class PosteriorFilter(AskTellFilter):
         self._replicated = False
         self._looked_at = 0
         self._settling = Settling(stop.posterior_shift)
-        self._recall, self._taken = looks or (lambda count: None), []
+        self._recall: Looks = looks or (lambda count: None)
+        self._taken: list[Found] = []
         self._cheaper, self._start = self._first_look(first_look)
         self._begin()
         self._propose()
@@ -226,7 +231,7 @@ class PosteriorFilter(AskTellFilter):
     @property
     def doubt(self) -> Doubt | None:
         """How much what the emulators do not know may move the posterior, as it is now."""
-        return self._latest and self._latest.doubt
+        return self._latest.doubt if self._latest else None
 
     @property
     def confirmed(self) -> float:
@@ -280,7 +285,8 @@ class PosteriorFilter(AskTellFilter):
 
     def _learn(self, batch: Batch) -> None:
         if self.evaluations.usable.sum() < 2:
-            self._found.append(None), self._weighed.append(None)
+            self._found.append(None)
+            self._weighed.append(None)
         elif not self.emulator:
             self._found.append(None)
             self._weighed.append(weigh_directly(self.evaluations, self.kept, self.errors))
@@ -292,7 +298,7 @@ class PosteriorFilter(AskTellFilter):
             else:
                 self._found.append(self._found[-1])
             self._weighed.append(None)
-            if fresh:
+            if fresh and self._latest:
                 self._settling.confirm(self.space.to_unit(batch.samples.theta), batch.infeasible, self._latest, self.shift())
             else:
                 self._settling.learn()
@@ -340,7 +346,7 @@ class PosteriorFilter(AskTellFilter):
     def _propose_one(self) -> None:
         rng, size = self._rng("propose", self._batches_asked), self._next_size
         emulation = self.emulation
-        if self._settling.wants_fresh_runs(emulation):
+        if emulation and self._settling.wants_fresh_runs(emulation):
             drawn = systematic_resampling(emulation.posterior.weights, FRESH, rng)
             self._settling.ask_fresh_runs(self._batches_asked, emulation)
             self._ask(DefensiveMixture(self.space), 0, emulation.posterior.samples[drawn])
@@ -408,7 +414,7 @@ class PosteriorFilter(AskTellFilter):
     def _reached(self) -> dict[str, str]:
         """The criteria that are met, with a clause each; as `Stop.reached`."""
         met = {}
-        if self._settling.settled:
+        if self._settling.settled and self.doubt is not None:
             met["posterior_shift"] = (
                 f"what the emulator does not know moves means and spreads by {self.doubt.most:.2f} standard deviations, {self.stop.posterior_shift:g} is enough, and {FRESH} fresh runs fit as "
                 "the posterior says"
@@ -434,11 +440,12 @@ class PosteriorFilter(AskTellFilter):
     def _iteration(self, batch: Batch) -> Iteration:
         pairs, errors, stopped = batch.observable_errors, batch.errors, batch.stopped
         weights, sample_size, mean_error, unweighted = np.zeros(len(errors)), np.nan, np.nan, "no response to learn from"
-        if not batch.failed.all() and (self.emulation or self.weighed):
-            if self.emulation:
-                logs = self.emulation.log_likelihood(self.space.to_unit(batch.samples.theta))
-            else:
-                logs = self.weighed.log_weights[-len(errors) :]
+        logs = None
+        if self.emulation:
+            logs = self.emulation.log_likelihood(self.space.to_unit(batch.samples.theta))
+        elif self.weighed:
+            logs = self.weighed.log_weights[-len(errors) :]
+        if logs is not None and not batch.failed.all():
             logs = np.where(batch.failed | stopped, -np.inf, logs)
             if np.isfinite(logs).any():
                 weights, unweighted = normalised(logs), ""

@@ -53,7 +53,7 @@ def under_other_errors(
     theta = emulation.posterior.samples[systematic_resampling(emulation.posterior.weights, SAMPLES, rng)]
     unit = space.to_unit(theta)
     predicted = [emulator.predict(unit) for emulator in emulation.emulators]
-    others, own = (sum(likelihood(*each) for likelihood, each in zip(every, predicted)) for every in (likelihoods, emulation.likelihoods))
+    others, own = (np.sum([likelihood(*each) for likelihood, each in zip(every, predicted)], axis=0) for every in (likelihoods, emulation.likelihoods))
     weights = normalised(others - own)
     if 1 / np.sum(weights**2) >= ENOUGH:
         return Posterior(space.names, theta, weights)

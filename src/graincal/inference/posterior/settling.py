@@ -55,6 +55,7 @@ class Settling:
 
     def confirm(self, unit: NDArray[np.float64], infeasible: NDArray[np.bool_], emulation: Emulation, shift: float) -> None:
         """Fresh runs at points (M, n), some of them infeasible (M,), were learnt from, and moved the posterior by `shift`: whether they fit as it said."""
+        assert self._fresh is not None, "fresh runs are learnt from once they were asked for"
         changed = emulation.log_likelihood(unit) - self._fresh[1].log_likelihood(unit)
         changed = np.where(infeasible, -np.inf, changed)
         self.confirmed = float(np.exp(scipy.special.logsumexp(changed) - np.log(len(changed))))

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.errors import InputError
-from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import Decision, Question
 from graincal.laboratory.table import Table
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.seen import Seen, one
+from graincal.laboratory.understanding.strains import void_ratio_of
 from graincal.laboratory.understanding.stress_state import StressState
 
 IN_WORDS = {
@@ -35,7 +35,7 @@ class Known:
     strain: str | Mapping[str, str] | None = None
     confining_pressure: float | None = None
     void_ratio: float | None = None
-    columns: Mapping[str, tuple[Place, str | None]] = field(default_factory=dict)
+    columns: Mapping[str, tuple[str | int, str | None]] = field(default_factory=dict)
     stress_unit: str | None = None
     compression: Mapping[str, str] = field(default_factory=dict)
     stage: str | int | None = None
@@ -100,9 +100,16 @@ class Case:
         return next((column for quantity in ("void_ratio", "porosity", "specific_volume") if (column := self.column(quantity))), None)
 
     @property
+    def void_ratios(self) -> NDArray[np.float64] | None:
+        """The void ratio (T,); None where no column gives it."""
+        column = self.void_ratio
+        return None if column is None else void_ratio_of(column.quantity, column.values)
+
+    @property
     def void_ratio_digits(self) -> float:
         """The step of the void ratio that its column prints, or that a step of the porosity makes."""
         column = self.void_ratio
+        assert column is not None, "asked where there is a void ratio"
         return column.last_digit / (1 - float(np.nanmax(column.plain))) ** 2 if column.quantity == "porosity" else column.last_digit
 
     @property

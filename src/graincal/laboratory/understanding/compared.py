@@ -89,6 +89,7 @@ def chosen_columns(case: Case, control: str, observables: tuple[str, ...]) -> Co
     """The columns that are read, by what each is read as."""
     found: Columns = {}
     if control in ("axial_strain", "axial_extension"):
+        assert case.shortening is not None, "it is the control where there is one"
         found[case.shortening.quantity] = case.shortening
     if case.kind in ("oedometric", "isotropic"):
         found |= _driver(case)
@@ -103,8 +104,10 @@ def chosen_columns(case: Case, control: str, observables: tuple[str, ...]) -> Co
             found[name] = case.summed
         elif name == "volumetric_strain":
             column = case.column("volumetric_strain") or case.column("volume_change") or case.column("radial_strain")
+            assert column is not None, "it is compared where a column gives it"
             found[column.quantity] = column
         elif name == "void_ratio":
+            assert case.void_ratio is not None, "it is compared where a column gives it"
             found[case.void_ratio.quantity] = case.void_ratio
         elif name == "axial_strain" and case.shortening is not None:
             found[case.shortening.quantity] = case.shortening

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from graincal.laboratory.backbone import noise
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import IN_WORDS, Case, extent, extreme
-from graincal.laboratory.understanding.strains import proof, void_ratio_of
+from graincal.laboratory.understanding.strains import proof
 from graincal.laboratory.understanding.stress_state import CONSTANT, variation
 from graincal.laboratory.understanding.volume import of_strains, volume_changes
 
@@ -93,14 +93,12 @@ def _proven(case: Case) -> tuple[str, str]:
 
 def _one_dimensional(case: Case) -> tuple[str, str]:
     """An oedometer: no lateral strain, so that the volume changes as the height does."""
-    strain, ratio, volumetric = case.column("axial_strain"), case.void_ratio, case.column("volumetric_strain")
+    strain, ratio, volumetric = case.column("axial_strain"), case.void_ratios, case.column("volumetric_strain")
     if case.table.sheet.startswith("CONS"):
         return "oedometric", "the group CONS is of consolidation tests"
     if strain is None or case.state is not None and case.state.lateral is not None and case.state.axial is not None:
         return "", ""
-    if ratio is not None and proof(
-        strain.values, strain.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, strain.unit.symbol if strain.unit else None
-    ):
+    if ratio is not None and proof(strain.values, strain.digits, ratio, case.void_ratio_digits, strain.unit.symbol if strain.unit else None):
         return "oedometric", f"the void ratio changes with {strain.label} as it does without lateral strain"
     if (
         volumetric is not None
@@ -150,7 +148,7 @@ def _sheared(case: Case) -> tuple[str, str]:
         if lateral is None or variation(lateral) < DRIFT:
             return "triaxial", "the volume changes" + _held(lateral)
         return "", ""
-    if changed is None and mean is not None and variation(mean) < CONSTANT / 2 and variation(lateral) > 2 * CONSTANT and not case.wet:
+    if changed is None and mean is not None and lateral is not None and variation(mean) < CONSTANT / 2 and variation(lateral) > 2 * CONSTANT and not case.wet:
         return "constant-mean-stress", f"the mean stress stays at {np.nanmean(mean):.6g} Pa, and the lateral one does not"
     if changed is None and lateral is not None and _lateral_is_effective(case) and variation(lateral) < CONSTANT:
         return "triaxial", f"the effective lateral stress stays at {np.nanmean(lateral):.6g} Pa while the sample is sheared"

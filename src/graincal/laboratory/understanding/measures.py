@@ -9,18 +9,19 @@ from graincal.laboratory.decisions import UNANSWERED
 from graincal.laboratory.quantities import STRAINS
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case
-from graincal.laboratory.understanding.strains import multiplied, proof, void_ratio_of
+from graincal.laboratory.understanding.strains import multiplied, proof
 
 
 def decide_measures(case: Case, read: tuple[str, ...]) -> None:
     """Set the measure of each strain that is read (of `read`): proven, said by the person, said by the file, or asked."""
-    proven = {name: found for name in ("volumetric_strain", "axial_strain") if name in read and (found := _proven(case, name))}
+    proven: dict[str, tuple[str, str]] = {name: found for name in ("volumetric_strain", "axial_strain") if name in read and (found := _proven(case, name))}
     for name, (measure, because) in proven.items():
         case.measures[name] = measure
         case.decide(f"strain.{name}", measure, because)
     said = remarks.strain_measure((*case.words, *case.table.header))
+    known = case.known.strain
     for name in read:
-        given = case.known.strain.get(name) if isinstance(case.known.strain, dict) else case.known.strain
+        given = known if known is None or isinstance(known, str) else known.get(name)
         if name in proven:
             if given and given != proven[name][0]:
                 raise InputError(f"{case.table.path}: {name} is said to be {given} strain, and it is {proven[name][0]} strain, because {proven[name][1]}.")
@@ -54,11 +55,11 @@ def _ask(case: Case, proposed: str) -> None:
 
 
 def _proven(case: Case, name: str) -> tuple[str, str] | None:
-    column, ratio = case.column(name), case.void_ratio
+    column, ratio = case.column(name), case.void_ratios
     if case.summed:
         # The strains of the axes add up to the volumetric one only where all are logarithmic.
         total = np.sum([each.values for each in case.summed], axis=0)
-        found = ratio and proof(total, 3 * min(each.digits for each in case.summed), void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, None)
+        found = None if ratio is None else proof(total, 3 * min(each.digits for each in case.summed), ratio, case.void_ratio_digits, None)
         return (
             ("logarithmic", "the strains of the three axes add up to the logarithm of the change of volume")
             if found and found.measure == "logarithmic"
@@ -67,16 +68,13 @@ def _proven(case: Case, name: str) -> tuple[str, str] | None:
     if column is None:
         return None
     if ratio is not None and (name == "volumetric_strain" or case.kind == "oedometric"):
-        found = proof(
-            column.values, column.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, column.unit.symbol if column.unit else None
-        )
+        found = proof(column.values, column.digits, ratio, case.void_ratio_digits, column.unit.symbol if column.unit else None)
         if found and found.measure:
             return found.measure, f"the void ratio changes with {column.label} as it does by {found.measure} strain"
-    strains = [case.column(each) for each in STRAINS]
-    if all(strains):
-        axial, volumetric, radial = strains
+    axial, volumetric, radial = (case.column(each) for each in STRAINS)
+    if axial is not None and volumetric is not None and radial is not None:
         signs = [case.strain_sign.get(each.quantity, 1.0) for each in (axial, volumetric)]
-        digits = max(each.last_digit for each in strains)
+        digits = max(each.last_digit for each in (axial, volumetric, radial))
         if multiplied(signs[0] * axial.plain, signs[0] * radial.plain, signs[1] * volumetric.plain, digits):
             return "engineering", "the strains of the axes multiply, as lengths do, and do not add up to the volumetric strain"
     return None

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from graincal.errors import InputError
 from graincal.laboratory.addressing import column_index, refuse_shared
-from graincal.laboratory.columns import Place
 from graincal.laboratory.numbers import read_number
 from graincal.laboratory.quantities import DIMENSIONS, READABLE, TOTAL
 from graincal.laboratory.table import Table
@@ -55,11 +54,12 @@ class Seen:
     label: str = ""
 
     @property
-    def quantity(self) -> str | None:
-        return None if self.unusable else self.meaning.quantity
+    def quantity(self) -> str:
+        """What it is taken for; empty for nothing."""
+        return "" if self.unusable else self.meaning.quantity or ""
 
     @property
-    def place(self) -> Place:
+    def place(self) -> str | int:
         """How a calibration file names it."""
         return self.header if self.header and self.alone else self.index + 1
 
@@ -78,7 +78,7 @@ class Seen:
         return self.digits * (self.unit.factor if self.unit else 1.0)
 
 
-def see(table: Table, said: Mapping[str, tuple[Place, str | None]]) -> list[Seen]:
+def see(table: Table, said: Mapping[str, tuple[str | int, str | None]]) -> list[Seen]:
     """The columns of a table; `said`: quantity -> place and unit, of those that a person names. Raises InputError for a name or a unit that is unknown."""
     places: dict[int, tuple[str, str | None]] = {}
     asked: dict[str, int] = {}
@@ -173,14 +173,15 @@ def _as_said(table: Table, column: Seen, quantity: str, unit: str | None) -> See
 def _without_doubles(table: Table, columns: list[Seen]) -> list[Seen]:
     """Each quantity once: the first column that has it. Raises InputError where the file holds several curves."""
     seen: dict[tuple, Seen] = {}
-    columns, doubles, differing = _cell_apart(columns), [], []
+    columns, doubles = _cell_apart(columns), []
+    differing: list[tuple[Seen, Seen]] = []
     kept: list[Seen] = []
     for column in columns:
         key = (column.quantity, column.meaning.effective)
         if column.quantity in KNOWN_HERE and key in seen:
             doubles.append(column)
             column = replace(column, unusable=f"{column.quantity}, but {seen[key].label} is taken for that")
-            differing = [*differing, (seen[key], doubles[-1])] if _differ(seen[key], doubles[-1]) else differing
+            differing += [(seen[key], doubles[-1])] if _differ(seen[key], doubles[-1]) else []
         elif column.quantity in KNOWN_HERE:
             seen[key] = column
         kept.append(column)

@@ -9,7 +9,7 @@ from graincal.laboratory.backbone import first_movement, noise
 from graincal.laboratory.understanding import remarks
 from graincal.laboratory.understanding.case import Case, extent, extreme
 from graincal.laboratory.understanding.seen import Seen
-from graincal.laboratory.understanding.strains import proof, void_ratio_of
+from graincal.laboratory.understanding.strains import proof
 
 CLEAR = 5.0
 """A first movement is clear from so many printed digits on."""
@@ -49,7 +49,7 @@ def _axial(case: Case) -> None:
         if end < 0:
             case.decide(f"compression.{key}", "negative", "the sample is compressed under a growing stress")
         return
-    convention = _of_stresses(case)
+    convention = _of_stresses(case, strain)
     if said is not None and said != end * wanted:
         _ask(
             case,
@@ -79,7 +79,7 @@ def _axial(case: Case) -> None:
         )
 
 
-def _of_stresses(case: Case) -> float | None:
+def _of_stresses(case: Case, strain: Seen) -> float | None:
     """The sign of compression among normal stresses; None where there is none, or a stress ratio alone, which has no sign. A ratio above 1 is of compression whatever sign a strain has."""
     normal = [
         sign
@@ -89,7 +89,6 @@ def _of_stresses(case: Case) -> float | None:
     if normal:
         return normal[0]
     if case.column("stress_ratio") is not None or case.column("deviator_to_mean_stress") is not None:
-        strain = case.column("axial_strain") or case.column("axial_displacement")
         return (1.0 if extreme(strain.values) >= 0 else -1.0) * (-1.0 if case.extension else 1.0)
     deviator = case.column("deviator_stress") or case.column("half_difference_stress")
     if deviator is None:
@@ -118,11 +117,11 @@ def _volumetric(case: Case, column: Seen) -> None:
 
 
 def _proven(case: Case, column: Seen) -> tuple[float | None, str]:
-    if (ratio := case.void_ratio) is not None and (
+    if (ratio := case.void_ratios) is not None and (
         found := proof(
             column.values,
             column.digits,
-            void_ratio_of(ratio.quantity, ratio.values),
+            ratio,
             case.void_ratio_digits,
             column.unit.symbol if column.unit and column.unit.dimension == "fraction" else None,
         )

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from graincal.errors import InputError
 from graincal.laboratory.backbone import runs
-from graincal.laboratory.columns import Place
 from graincal.laboratory.decisions import Decision
 from graincal.laboratory.quantities import VOID_RATIOS
 from graincal.laboratory.stages import choose_rows, say_stages, stages
@@ -83,14 +82,14 @@ def _is_compression(table: Table, known: Known) -> bool:
     return stress and (change or remarks.kind((*table.remarks, *table.header)) in COMPRESSIONS)
 
 
-def _by_strain(table: Table, found: dict[str, list[int]], said: Mapping[str, tuple[Place, str | None]]) -> str | None:
+def _by_strain(table: Table, found: dict[str, list[int]], said: Mapping[str, tuple[str | int, str | None]]) -> str | None:
     """The stage in which the axial strain grows, and the deviator stress with it, if there is one alone."""
     columns = see(table, said)
     strain = one(columns, "axial_strain")
     if strain is None:
         return None
     grown = {name: _range(strain.values[rows]) for name, rows in found.items()}
-    largest = max(grown, key=grown.get)
+    largest = max(grown, key=grown.__getitem__)
     if any(value > MOST_OTHER_STRAIN * grown[largest] for name, value in grown.items() if name != largest):
         return None
     stress = next((column for name in ("deviator_stress", "axial_stress") if (column := one(columns, name))), None)
@@ -138,7 +137,7 @@ def refuse_hidden_stages(
 def refuse_restarts(path: str, strain: NDArray[np.float64], lines: Sequence[int]) -> None:
     """Refuse a strain (T,), compression positive, that begins anew: tests below one another, cycles, or a slip that a test turns back behind."""
     highest = np.maximum.accumulate(strain - strain[0])
-    for at in np.flatnonzero((strain - strain[0] < ANEW * highest) & (highest > LOOP * highest[-1])):
+    for at in np.flatnonzero((strain - strain[0] < ANEW * highest) & (highest > LOOP * highest[-1])).tolist():
         rest = strain[at:]
         if np.max(rest) - rest[np.argmin(rest[: np.argmax(rest) + 1])] > LOOP * highest[at]:
             before = int(np.argmax(strain[:at]))

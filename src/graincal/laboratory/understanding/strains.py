@@ -41,9 +41,11 @@ def of_void_ratio(void_ratio: NDArray[np.float64], measure: str) -> NDArray[np.f
     return (first - void_ratio) / (1 + first) if measure == "engineering" else np.log((1 + first) / (1 + void_ratio))
 
 
-def proof(printed: NDArray[np.float64], digits: float, void_ratio: NDArray[np.float64], void_digits: float, unit: str | None) -> Proof | None:
-    """What the void ratio (T,) proves of a printed strain (T,), whose last digit is a step of `digits`; of the unit only where `unit` is None. None where they
+def proof(printed: NDArray[np.float64], digits: float, void_ratio: NDArray[np.float64] | None, void_digits: float, unit: str | None) -> Proof | None:
+    """What the void ratio (T,) proves of a printed strain (T,), whose last digit is a step of `digits`; of the unit only where `unit` is None. None where it is not known, where they
     do not agree in any way, or the volume does not change by more than what is printed."""
+    if void_ratio is None:
+        return None
     both = ~np.isnan(printed) & ~np.isnan(void_ratio)
     if np.sum(both) < 3:
         return None
@@ -60,6 +62,7 @@ def proof(printed: NDArray[np.float64], digits: float, void_ratio: NDArray[np.fl
                 off = float(np.max(np.abs(sign * factor * printed - expected[measure]))) / (rounding + factor * digits)
                 if best is None or off < best[0]:
                     best = off, symbol, measure, sign
+    assert best is not None, "something was tried"
     off, symbol, measure, sign = best
     apart = float(np.max(np.abs(expected["engineering"] - expected["logarithmic"]))) / (rounding + UNITS[symbol].factor * digits)
     if off > WITHIN and (off > 0.3 * apart or apart < DISTINCT):

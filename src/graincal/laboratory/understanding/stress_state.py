@@ -54,7 +54,7 @@ def stress_states(columns: Sequence[Seen], wet: bool, signs: Mapping[str, float]
     found: list[StressState] = []
     reasons: list[str] = []
     for choice in _choices(columns, wet, signs):
-        forms = [np.array(STRESS_FORMS[name]) for name, _ in choice]
+        forms = [STRESS_FORMS[name] for name, _ in choice]
         values = np.stack([sign * column.plain for column, (_, sign) in zip(columns, choice)])
         state = _state(columns, choice, forms, values)
         if isinstance(state, StressState):
@@ -70,7 +70,7 @@ def _choices(columns: Sequence[Seen], wet: bool, known: Mapping[str, float]) -> 
     flipped = -1.0 if normal and np.nanmedian(np.concatenate([column.values for column in normal])) < 0 else 1.0
     # q alone is the difference of the stresses; beside a p it is what belongs to that p.
     both = {column.quantity for column in columns if column.meaning.symbol and not column.said} >= {"mean_stress", "deviator_stress"}
-    options = []
+    options: list[list[tuple[str, float]]] = []
     for column in columns:
         name, said = column.quantity, column.meaning
         names = [name]
@@ -103,7 +103,7 @@ def _choices(columns: Sequence[Seen], wet: bool, known: Mapping[str, float]) -> 
             yield choice
 
 
-def _state(columns: Sequence[Seen], choice: tuple[tuple[str, float], ...], forms: list[NDArray[np.float64]], values: NDArray[np.float64]) -> StressState | str:
+def _state(columns: Sequence[Seen], choice: tuple[tuple[str, float], ...], forms: Sequence[Sequence[float]], values: NDArray[np.float64]) -> StressState | str:
     """What the columns come to if they are what the choice says, or why they cannot be that."""
     complete = ~np.any(np.isnan(values), axis=0)
     if not np.any(complete):
@@ -152,7 +152,7 @@ def _alike(a: StressState, b: StressState) -> bool:
         return False
     if a.axial is None and a.lateral is None and _names_total(a) != _names_total(b):
         return False
-    return all(left is None or np.nanmax(np.abs(left - right)) <= AGREES * np.nanmax(np.abs(left)) for left, right in pairs)
+    return all(left is None or right is None or np.nanmax(np.abs(left - right)) <= AGREES * np.nanmax(np.abs(left)) for left, right in pairs)
 
 
 def _names_total(state: StressState) -> bool:
@@ -184,19 +184,22 @@ def decide(states: list[StressState]) -> tuple[StressState | None, list[StressSt
     return None, states
 
 
-def _part(deviator: NDArray[np.float64], mean: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The deviator stress (T,) as a part of the mean one; infinite where that is 0, and NaN in rows that lack one."""
+def _part(deviator: NDArray[np.float64] | None, mean: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """The deviator stress (T,) as a part of the mean one; infinite where that is 0, and NaN in rows that lack one. None where one of them is not known."""
+    if deviator is None or mean is None:
+        return None
     loaded = mean != 0
     return np.where(loaded, deviator / np.where(loaded, mean, 1.0), np.inf)
 
 
 def _total_lateral(state: StressState) -> NDArray[np.float64] | None:
-    return None if state.pore is None else state.lateral + state.pore
+    return None if state.pore is None or state.lateral is None else state.lateral + state.pore
 
 
 def _clearest(values: Sequence[NDArray[np.float64] | None], size: Callable[[NDArray[np.float64]], float], small: float) -> int | None:
     """Which of the values has a small size while all others are clearly larger; None where none does."""
-    if any(value is None for value in values):
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
         return None
-    ranked = sorted((size(value), at) for at, value in enumerate(values))
+    ranked = sorted((size(value), at) for at, value in enumerate(known))
     return ranked[0][1] if ranked[0][0] < small and ranked[1][0] > max(CLEARER * ranked[0][0], small / 2) else None

@@ -128,7 +128,8 @@ def understand(path: str | PathLike[str], known: Known = Known()) -> Understandi
 def _case(path: str | PathLike[str], known: Known) -> tuple[Case, str | None]:
     """The rows that are looked at, and the stage that they are of."""
     table = read_table(path, encoding=known.encoding, sheet=known.sheet)
-    stage, decided = None if known.stage is None else str(known.stage), []
+    stage = None if known.stage is None else str(known.stage)
+    decided: list[Decision] = []
     if known.stage is not None or known.rows is not None:
         table, _ = choose_rows(table, known.stage, known.rows)
     else:
@@ -154,7 +155,7 @@ def _decide_state(case: Case) -> None:
     )
     if not states:
         names = ", ".join(
-            f"{column.label} ({column.quantity}{f', without a unit and taken in {column.unit.symbol}' * (column.index in case.bare_stresses)})"
+            f"{column.label} ({column.quantity}{f', without a unit and taken in {column.unit.symbol}' if column.unit and column.index in case.bare_stresses else ''})"
             for column in stresses
         )
         raise InputError(
@@ -249,7 +250,7 @@ def _refuse_strange(case: Case) -> None:
 
 def _refuse_without_stress(case: Case, observables: tuple[str, ...]) -> None:
     """Refuse to compare a sheared sample by its volume alone where a column that is not understood may be a stress, unless a person names columns."""
-    unknown = [column for column in case.columns if column.has_numbers and column.quantity is None and column.meaning.quantity not in ("stage", "time")]
+    unknown = [column for column in case.columns if column.has_numbers and not column.quantity and column.meaning.quantity not in ("stage", "time")]
     if case.kind not in SHEAR or {"stress_ratio", "deviatoric_stress"} & set(observables) or not unknown or case.known.columns:
         return
     listed = ", ".join(f"{column.index + 1} {column.label}{f' ({column.unusable})' * bool(column.unusable)}" for column in unknown)
@@ -301,7 +302,7 @@ def _void_ratio(case: Case) -> float | None:
     if case.kind in ("oedometric", "isotropic") and initial is not None:
         return initial  # before the first load
     first, said = _first_void_ratio(case.void_ratio), remarks.void_ratios(case.table.remarks)
-    if first is not None:
+    if first is not None and case.void_ratio is not None:
         case.decide("void_ratio", f"{first:g}", f"{case.void_ratio.label} begins so")
         return first
     if len(said) > 1:
@@ -314,6 +315,8 @@ def _void_ratio(case: Case) -> float | None:
 
 
 def _first_void_ratio(column: Seen | None) -> float | None:
-    values = np.array([]) if column is None else column.values[~np.isnan(column.values)]
+    if column is None:
+        return None
+    values = column.values[~np.isnan(column.values)]
     found = void_ratio_of("void_ratio" if column.quantity == "initial_void_ratio" else column.quantity, values) if values.size else None
     return None if found is None else round(float(found[0]), 6)

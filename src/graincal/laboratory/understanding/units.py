@@ -53,11 +53,11 @@ def decide_strains(case: Case) -> None:
         if column.quantity != "radial_strain" and (proven := _by_void_ratio(case, column)):
             _prove(case, column, proven)
     strains = [column for name in STRAINS if (column := case.column(name))]
-    stated = [column for column in strains if column.unit is not None]
+    stated = [(column, column.unit) for column in strains if column.unit is not None]
     bare = [column for column in strains if column.unit is None]
     if stated and bare:
         for column in bare:
-            _ask(case, column, stated[0].unit.symbol, f"{column.label} has no unit, and {stated[0].label} is in {stated[0].unit.symbol}")
+            _ask(case, column, stated[0][1].symbol, f"{column.label} has no unit, and {stated[0][0].label} is in {stated[0][1].symbol}")
     elif bare:
         _by_size(case, bare)
     _doubt_sizes(case)
@@ -83,9 +83,9 @@ def refuse_porosity(case: Case) -> None:
 
 def _by_void_ratio(case: Case, column: Seen) -> str | None:
     """The unit that the void ratio proves of a strain that is the whole sample's volumetric one; None where it proves nothing, or the unit is stated so."""
-    if (ratio := case.void_ratio) is None or (column.unit is not None and column.quantity == "axial_strain"):
+    if (ratio := case.void_ratios) is None or (column.unit is not None and column.quantity == "axial_strain"):
         return None
-    found = proof(column.values, column.digits, void_ratio_of(ratio.quantity, ratio.values), case.void_ratio_digits, None)
+    found = proof(column.values, column.digits, ratio, case.void_ratio_digits, None)
     return found.unit if found and (column.unit is None or found.unit != column.unit.symbol) else None
 
 
@@ -190,7 +190,7 @@ def decide_stresses(case: Case) -> None:
     proposed = next(iter(stated)) if len(stated) == 1 else "kPa" if 5 < largest < 3e4 else "Pa" if largest >= 3e4 else "MPa"
     proven = case.known.stress_unit or _by_pressure(case, bare, proposed)
     for column in bare:
-        case.replace(replace(column, unit=UNITS[find_unit(proven).symbol if proven else proposed]))
+        case.replace(replace(column, unit=(find_unit(proven) if proven else None) or UNITS[proposed]))
     names = ", ".join(column.label for column in bare)
     if proven:
         because = "you gave it" if case.known.stress_unit else "the confining pressure that you gave is that of the column in this unit"

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.laboratory.understanding.case import Case, extent, extreme
-from graincal.laboratory.understanding.strains import void_ratio_of
 
 CHANGES, STAYS = 0.02, 0.005
 """Of the axial strain: a volume that changes by more than the one changes, by less than the other it stays; between them it proves nothing."""
@@ -20,9 +19,9 @@ def volumetric(case: Case) -> tuple[NDArray[np.float64], float] | None:
     """The volumetric strain (T,), a fraction, about and with either sign, and the step of its last digit; None where no column gives it."""
     if (found := of_strains(case)) is not None:
         return found
-    if (ratio := case.void_ratio) is None:
+    if (ratio := case.void_ratios) is None:
         return None
-    return np.log1p(void_ratio_of(ratio.quantity, ratio.values)), case.void_ratio_digits / 2
+    return np.log1p(ratio), case.void_ratio_digits / 2
 
 
 def of_strains(case: Case) -> tuple[NDArray[np.float64], float] | None:

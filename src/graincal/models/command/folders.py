@@ -41,22 +41,10 @@ class Folders:
     def begin(self, id: int) -> Attempt:
         """A folder for an attempt. Raises OSError, and NoScratch."""
         if self.root is not None and self.scratch is None:
-            return Attempt(attempt := self._attempt(id), attempt)
+            return Attempt(attempt := _attempt(self.root, id), attempt)
         # The machine may not see the campaign's folder, and then what it ran on its own disk leaves nothing.
-        kept = self._attempt(id) if self.root is not None and self.keep != "none" and self.root.is_dir() else None
+        kept = _attempt(self.root, id) if self.root is not None and self.keep != "none" and self.root.is_dir() else None
         return Attempt(Path(tempfile.mkdtemp(prefix=f"graincal-{id}-", dir=self._scratch())), kept)
-
-    def _attempt(self, id: int) -> Path:
-        """The next that is not there yet: another process may begin one of the same evaluation, which it holds for lost."""
-        for folder in (self.root, evaluation := self.root / f"{id:05}"):
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        number = 0
-        while True:
-            try:
-                (attempt := evaluation / f"attempt-{number}").mkdir(mode=0o700)
-                return attempt
-            except FileExistsError:
-                number += 1
 
     def _scratch(self) -> Path | None:
         if self.scratch is None:
@@ -70,37 +58,38 @@ class Folders:
 
     def end(self, attempt: Attempt, outcome: Response | Failure, printed: str, output: Path | None) -> None:
         """Keep the folder of an attempt, or remove it. output: what it wrote, in its folder."""
-        failed = isinstance(outcome, Failure)
-        keeps = attempt.kept is not None and (self.keep == "all" or (self.keep == "failed" and failed))
+        kept = attempt.kept if self.keep == "all" or (self.keep == "failed" and isinstance(outcome, Failure)) else None
         # A full disk loses what would be looked at, and no outcome.
         with suppress(OSError):
-            if keeps:
-                if attempt.folder != attempt.kept and output is not None and output.is_file():
-                    (attempt.kept / output.relative_to(attempt.folder)).parent.mkdir(parents=True, exist_ok=True)
-                    shutil.copyfile(output, attempt.kept / output.relative_to(attempt.folder))
-                (attempt.kept / PRINTED).write_text(printed, encoding="utf-8", errors="replace")
-                (attempt.kept / OUTCOME).write_text(f"{outcome.kind}: {outcome.reason}\n" if failed else "finished\n", encoding="utf-8")
-        if attempt.folder != attempt.kept or not keeps:
+            if kept is not None:
+                if attempt.folder != kept and output is not None and output.is_file():
+                    (kept / output.relative_to(attempt.folder)).parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copyfile(output, kept / output.relative_to(attempt.folder))
+                (kept / PRINTED).write_text(printed, encoding="utf-8", errors="replace")
+                (kept / OUTCOME).write_text(f"{outcome.kind}: {outcome.reason}\n" if isinstance(outcome, Failure) else "finished\n", encoding="utf-8")
+        if attempt.folder != kept:
             shutil.rmtree(attempt.folder, ignore_errors=True)
         if attempt.kept is not None:
-            self._tidy(attempt.kept, keeps)
+            self._tidy(attempt.kept, keeps=kept is not None)
 
     def discard(self, attempt: Attempt) -> None:
         """Leave nothing of an attempt that nobody wanted to its end."""
-        for folder in {attempt.folder, attempt.kept} - {None}:
+        for folder in {attempt.folder, attempt.kept or attempt.folder}:
             _remove(folder)
 
     def _tidy(self, kept: Path, keeps: bool) -> None:
         """Remove an attempt that is not kept, or the oldest of too many that are."""
         if not keeps:
             _remove(kept)
-        elif len(os.listdir(self.root)) > MOST_KEPT / ATTEMPTS:
+        elif self.root is not None and len(os.listdir(self.root)) > MOST_KEPT / ATTEMPTS:
             ended = sorted(self.root.glob(f"*/attempt-*/{OUTCOME}"), key=_age)
             for outcome in ended[: max(0, len(ended) - MOST_KEPT)]:
                 _remove(outcome.parent)
 
     def make_ready(self) -> None:
-        """Make `root`, or remove what attempts left in it that never came to their ends, for whoever controlled them was killed: only while nothing is under way. Raises OSError."""
+        """Make `root`, if there is one, or remove what attempts left in it that never came to their ends, for whoever controlled them was killed: only while nothing is under way. Raises OSError."""
+        if self.root is None:
+            return
         self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         for attempt in self.root.glob("*/attempt-*"):
             if not (attempt / OUTCOME).exists():
@@ -113,6 +102,19 @@ class Attempt:
 
     folder: Path
     kept: Path | None
+
+
+def _attempt(root: Path, id: int) -> Path:
+    """The next that is not there yet: another process may begin one of the same evaluation, which it holds for lost."""
+    for folder in (root, evaluation := root / f"{id:05}"):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    number = 0
+    while True:
+        try:
+            (attempt := evaluation / f"attempt-{number}").mkdir(mode=0o700)
+            return attempt
+        except FileExistsError:
+            number += 1
 
 
 def _remove(attempt: Path) -> None:

@@ -86,7 +86,7 @@ class Inputs:
         if self.parameters_file:
             return []
         named = {name for _, text, delimiters in self._texts() for name in find_undeclared_variables(_environment(delimiters, _line_end(text)).parse(text))}
-        for name, text in reversed(self.derived.items()):
+        for name, text in reversed(list(self.derived.items())):
             named |= set(Expression(text).names) if name in named else set()
         return [name for name in parameters if name not in named]
 

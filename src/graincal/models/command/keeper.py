@@ -4,6 +4,8 @@ Requests come as lines of JSON from standard input, answers go to standard outpu
 a child of this process when its parent ends, and is killed when the program has ended. When the owner ends, however it does, standard input is at its end: then all is killed.
 """
 
+from __future__ import annotations
+
 import ctypes
 import json
 import os
@@ -12,6 +14,7 @@ import signal
 import subprocess
 import sys
 import time
+from typing import IO, Any
 
 SET_CHILD_SUBREAPER, SET_PDEATHSIG = 36, 1
 TAIL = 64 * 1024
@@ -32,7 +35,7 @@ class OwnerIsGone(Exception):
 class Keeper:
     """One program after the other."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         _prctl(SET_CHILD_SUBREAPER, 1, 0, 0, 0)
         self.wake, woken = os.pipe()
         for end in (self.wake, woken):
@@ -47,10 +50,10 @@ class Keeper:
         self.poll.register(self.wake, select.POLLIN)
         self.buffer = b""
 
-    def _asked(self, *_):
+    def _asked(self, *_: object) -> None:
         self.asked_to_end = True
 
-    def serve(self):
+    def serve(self) -> None:
         """Until the owner is gone."""
         try:
             while True:
@@ -58,13 +61,13 @@ class Keeper:
         except OwnerIsGone:
             pass
 
-    def _request(self):
+    def _request(self) -> dict[str, Any]:
         while b"\n" not in self.buffer:
             self._wait(None)
         line, _, self.buffer = self.buffer.partition(b"\n")
         return json.loads(line)
 
-    def _wait(self, seconds):
+    def _wait(self, seconds: float | None) -> None:
         """Wait for something to happen. Raises OwnerIsGone."""
         ready = dict(self.poll.poll(None if seconds is None else max(0, 1000 * seconds)))
         if self.asked_to_end:
@@ -78,7 +81,7 @@ class Keeper:
                 raise OwnerIsGone
             self.buffer += found
 
-    def _run(self, request):
+    def _run(self, request: dict[str, Any]) -> None:
         run = Run(request)
         try:
             pid = run.start()
@@ -106,14 +109,17 @@ class Keeper:
 class Run:
     """One program under way."""
 
-    def __init__(self, request):
+    def __init__(self, request: dict[str, Any]) -> None:
         self.request = request
-        self.how, self.code, self.printed = "exit", None, b""
-        self.pipes, self.written = {}, 0
-        self.killed_at = None
-        self.process = self.file = None
+        self.how, self.printed = "exit", b""
+        self.code: int | None = None
+        self.pipes: dict[int, IO[bytes]] = {}
+        self.written = 0
+        self.killed_at: float | None = None
+        self.file: IO[bytes] | None = None
+        self.process: subprocess.Popen[bytes]
 
-    def start(self):
+    def start(self) -> int:
         """Begin, and return the process's number. Raises OSError."""
         request = self.request
         declared = request["output"] is not None
@@ -125,7 +131,7 @@ class Run:
                 stderr=subprocess.PIPE if declared else subprocess.STDOUT, process_group=0, preexec_fn=_end_with_parent,
             )  # fmt: skip
         except BaseException:
-            if declared:
+            if self.file is not None:
                 self.file.close()
             raise
         self.begun = time.monotonic()
@@ -136,7 +142,7 @@ class Run:
             self.pipes[stream.fileno()] = stream
         return self.pid
 
-    def has_ended(self):
+    def has_ended(self) -> bool:
         """Whether the program itself has; what it takes too much of ends it."""
         now = time.monotonic()
         if self.killed_at is None and now >= self.deadline:
@@ -151,14 +157,14 @@ class Run:
         self._reap()
         return self.code is not None
 
-    def until_next_look(self):
+    def until_next_look(self) -> float | None:
         """Seconds, None for no need to look."""
         next_time = self.deadline if self.killed_at is None else self.killed_at
         if self.request["memory"]:
             next_time = min(next_time, time.monotonic() + LOOK)
         return None if next_time == float("inf") else max(0.0, next_time - time.monotonic())
 
-    def take(self, pipe):
+    def take(self, pipe: int) -> bool:
         """Take what was printed; whether there may be more."""
         found = _read(pipe)
         if found is None:
@@ -170,10 +176,10 @@ class Run:
             self.printed = (self.printed + found)[-TAIL:]
         return bool(found)
 
-    def close(self, pipe):
+    def close(self, pipe: int) -> None:
         self.pipes.pop(pipe).close()
 
-    def finish(self):
+    def finish(self) -> None:
         """Take what is left in the pipes."""
         for pipe in list(self.pipes):
             # What was killed prints no more: what is there ends.
@@ -183,7 +189,7 @@ class Run:
         if self.file is not None:
             self.file.close()
 
-    def kill_all(self, wait=True):
+    def kill_all(self, wait: bool = True) -> None:
         """Kill whatever is left of the program, its group first, which is one call however fast it forks."""
         end = time.monotonic() + 10
         self._signal(signal.SIGKILL)
@@ -197,7 +203,7 @@ class Run:
                 return
             time.sleep(0.001)
 
-    def _signal(self, number):
+    def _signal(self, number: int) -> None:
         # The group's number may be another's, once the program and all of its group are gone.
         if self.code is None:
             try:
@@ -205,7 +211,7 @@ class Run:
             except (ProcessLookupError, PermissionError):
                 pass
 
-    def _reap(self):
+    def _reap(self) -> bool:
         """Note who has ended; whether nobody is left."""
         try:
             while (found := os.waitpid(-1, os.WNOHANG))[0]:
@@ -216,9 +222,10 @@ class Run:
         return False
 
 
-def descendants(pid):
+def descendants(pid: int) -> list[int]:
     """All processes beneath one."""
-    found, waiting = [], [pid]
+    found: list[int] = []
+    waiting = [pid]
     while waiting:
         beneath = children(waiting.pop())
         found += beneath
@@ -226,9 +233,9 @@ def descendants(pid):
     return found
 
 
-def children(pid):
+def children(pid: int) -> list[int]:
     """Those of all threads of a process."""
-    found = []
+    found: list[int] = []
     try:
         for thread in os.listdir(f"/proc/{pid}/task"):
             with open(f"/proc/{pid}/task/{thread}/children") as file:
@@ -241,7 +248,7 @@ def children(pid):
     return found
 
 
-def _children_by_parents(pid):
+def _children_by_parents(pid: int) -> list[int]:
     """As `children`, for kernels that keep no lists of them."""
     found = []
     for name in filter(str.isdigit, os.listdir("/proc")):
@@ -254,7 +261,7 @@ def _children_by_parents(pid):
     return found
 
 
-def resident():
+def resident() -> int:
     """Bytes of memory that all programs beneath this process hold."""
     total = 0
     for pid in descendants(os.getpid()):
@@ -266,11 +273,11 @@ def resident():
     return total
 
 
-def _end_with_parent():
+def _end_with_parent() -> None:
     _prctl(SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
-def _read(pipe):
+def _read(pipe: int) -> bytes | None:
     """What is there; None for nothing yet, b"" at the end."""
     try:
         return os.read(pipe, 1 << 20)
@@ -278,13 +285,13 @@ def _read(pipe):
         return None
 
 
-def _waits(pipe):
+def _waits(pipe: int) -> bool:
     poll = select.poll()
     poll.register(pipe, select.POLLIN)
     return any(event & select.POLLIN for _, event in poll.poll(0))
 
 
-def _answer(said):
+def _answer(said: dict[str, Any]) -> None:
     try:
         sys.stdout.write(json.dumps(said) + "\n")
         sys.stdout.flush()

@@ -100,7 +100,9 @@ class _Keeper:
         self._group: int | None = None
         self._buffer = b""
         self._poll = select.poll()
-        self._poll.register(self._process.stdout, select.POLLIN)
+        assert self._process.stdin is not None and self._process.stdout is not None, "both are pipes"
+        self._in, self._out = self._process.stdin, self._process.stdout
+        self._poll.register(self._out, select.POLLIN)
 
     def ask(self, program: Program) -> None:
         """Have a program run. Raises OSError where the keeper is gone."""
@@ -114,7 +116,7 @@ class _Keeper:
         }
         line = json.dumps(request).encode() + b"\n"
         while line:
-            line = line[os.write(self._process.stdin.fileno(), line) :]
+            line = line[os.write(self._in.fileno(), line) :]
 
     def answer(self, seconds: float) -> dict[str, Any] | None:
         """How a program ended; None where it has not yet. Raises EOFError where the keeper is gone."""
@@ -130,7 +132,7 @@ class _Keeper:
                 self._group = answer["started"]
             elif not self._poll.poll(max(0.0, 1000 * (until - time.monotonic()))):
                 return None
-            elif more := os.read(self._process.stdout.fileno(), 1 << 16):
+            elif more := os.read(self._out.fileno(), 1 << 16):
                 self._buffer += more
             else:
                 raise EOFError
@@ -138,7 +140,7 @@ class _Keeper:
     def end(self) -> None:
         """End the keeper, which ends all that it keeps."""
         with suppress(OSError):
-            self._process.stdin.close()
+            self._in.close()
         try:
             self._process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
@@ -147,13 +149,13 @@ class _Keeper:
         if self._group is not None and self._process.returncode != 0:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._group, signal.SIGKILL)
-        self._process.stdout.close()
+        self._out.close()
         with _lock:
             _all.discard(self)
 
     def forget(self) -> None:
         """In a fork: the keeper is another's, and ends with that one alone."""
-        for stream in (self._process.stdin, self._process.stdout):
+        for stream in (self._in, self._out):
             with suppress(OSError):
                 os.close(stream.fileno())
 

@@ -147,7 +147,7 @@ class CommandWork:
                 return Failure(LOST, ended.because or "it was broken off.")
         if code == -signal.SIGKILL:
             return Failure(LOST, "the program was killed from outside by SIGKILL, as happens where memory is short.")
-        if code < 0:
+        if code is not None and code < 0:
             return Failure("crashed", f"the program was ended by {_signal(-code)}.")
         if code in limits.success_exit_codes:
             return None

@@ -38,7 +38,8 @@ class Column:
             columns.find(self.column)
             raise Unreadable(f"there is no column {self.column!r}.")
         values = evaluate(expression, columns)
-        return self.sign * values * (find_unit(self.unit).factor if self.unit else 1.0)
+        unit = find_unit(self.unit) if self.unit else None
+        return self.sign * values * (unit.factor if unit else 1.0)
 
     def _named(self, quantity: str, columns: Columns) -> NDArray[np.float64] | None:
         """The values of the column of that name, by its unit; None where there is none."""
@@ -63,11 +64,13 @@ def _unit(text: str, quantity: str) -> Unit:
 
 def as_expression(text: str | int) -> Expression | None:
     """A text as an expression of columns; None where it is none, or a name alone."""
+    if isinstance(text, int):
+        return None
     try:
-        found = Expression(text) if isinstance(text, str) else None
+        found = Expression(text)
     except NotAnExpression:
         return None
-    return found if found and found.names and found.names != (text.strip(),) else None
+    return found if found.names and found.names != (text.strip(),) else None
 
 
 def evaluate(expression: Expression, columns: Columns) -> NDArray:

@@ -71,7 +71,7 @@ class Output:
     @classmethod
     def restored(cls, described: Mapping[str, Any]) -> Output:
         """The output that `asdict` described."""
-        return cls(**described | {"columns": {name: Column(**column) for name, column in described["columns"].items()}, "zero": tuple(described["zero"])})
+        return cls(**dict(described) | {"columns": {name: Column(**column) for name, column in described["columns"].items()}, "zero": tuple(described["zero"])})
 
     def check(self, control: str) -> None:
         """Raise InputError where the control is no column, or nothing else is."""

@@ -73,7 +73,7 @@ def of_named(columns: Mapping[str, NDArray], name: str) -> Columns:
     without_units = {split_header(each)[0]: each for each in columns}
 
     def key(said: str | int) -> str | None:
-        return said if said in columns else without_units.get(said)
+        return None if isinstance(said, int) else said if said in columns else without_units.get(said)
 
     def find(said: str | int) -> tuple[NDArray[np.float64], str | None]:
         found = key(said)
