@@ -28,6 +28,8 @@ def resample(control: Sequence[float], values: Sequence[float], width: int = 40)
 
 def duration(seconds: float) -> str:
     """A time span to read, in sentences with "about" too."""
+    if seconds <= 0:
+        return "0 s"
     if seconds < 1:
         return f"{max(seconds, 0.01):.1g} s"
     if seconds < 60:

@@ -105,7 +105,7 @@ class Progress(Listener):
 
     def _counts(self) -> str:
         elapsed, waiting = time.monotonic() - self._began, self._total - self._done
-        left = f", {duration(elapsed / self._done * waiting)} left in this {self._of}" if self._done else ""
+        left = f", {duration(elapsed / self._done * waiting)} left in this {self._of}" if self._done and waiting else ""
         left += f", {words}" if (words := self._outlook.words(waiting)) else ""
         stopped = f", {self._stopped} stopped early" if self._stopped else ""
         return f"{self._done} of {self._total} evaluated, {self._failed} failed{stopped}{left}"
