@@ -6,7 +6,7 @@
   const duration = (seconds) => {
     if (seconds === null || seconds === undefined) return "-";
     if (seconds <= 0) return "0 s";
-    if (seconds < 60) return `${seconds.toPrecision(2)} s`;
+    if (seconds < 60) return `${seconds < 1 ? seconds.toPrecision(1) : Math.round(seconds)} s`;
     return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
   };
   const clock = (iso) => (iso ? new Date(iso).toLocaleString() : "-");
@@ -26,6 +26,13 @@
 
   const ofLook = (look) => (look ? " of the first look" : "");
 
+  const toEnd = (seconds) => {
+    const said = [];
+    if (seconds && seconds.as_most_go !== null) said.push(`about ${duration(seconds.as_most_go)} as most campaigns go`);
+    if (seconds && seconds.at_most !== null) said.push(`at most about ${duration(seconds.at_most)}`);
+    return said.length ? [`to the end ${said.join(", ")}`] : [];
+  };
+
   const showStatus = (status) => {
     const look = status.first_look && status.first_look.state !== "finished" ? status.first_look : null;
     const { iteration: now, seconds_left: left } = look || status;
@@ -37,7 +44,8 @@
     if (look) pairs.push(["first look", `${look.state}, before the campaign itself: ${look.evaluations} evaluations, ${look.failures} failed`]);
     if (now && !status.stopped_by) {
       pairs.push([round, `${now.index}: ${now.evaluated} of ${now.samples} evaluated, ${now.failed} failed`]);
-      pairs.push(["time left", left === null ? "not known yet" : `about ${duration(left)} in this ${round}`]);
+      const times = [...(left ? [`about ${duration(left)} in this ${round}`] : []), ...toEnd(status.seconds_to_end)];
+      pairs.push(["time left", times.join(", ") || "not known yet"]);
     }
     if (status.posterior) pairs.push(["90 % intervals", Object.entries(status.posterior.interval_90).map(([name, [low, high]]) => `${name} ${low.toPrecision(4)} to ${high.toPrecision(4)}`).join("; ")]);
     if (status.answer) pairs.push(["answer", Object.entries(status.answer.theta).map(([name, value]) => `${name} ${value.toPrecision(4)}`).join(", ")]);
