@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ def resample(control: NDArray[np.float64], values: NDArray[np.float64], width: i
 
 def duration(seconds: float) -> str:
     """A time span to read, in sentences with "about" too."""
+    if seconds <= 0:
+        return "0 s"
     if seconds < 1:
         return f"{max(seconds, 0.01):.1g} s"
     if seconds < 60:
@@ -35,3 +38,11 @@ def duration(seconds: float) -> str:
     if seconds < 5400:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
+
+
+def between_words(text: str, width: int) -> str:
+    """Lines of prose broken between words to be at most so wide, with what follows a break indented. Lines that are indented already stay as they are: commands to copy, rows of figures."""
+    lines = text.split("\n")
+    return "\n".join(
+        line if line[:1] in ("", " ") else fill(line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False) for line in lines
+    )
