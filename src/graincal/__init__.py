@@ -1,7 +1,7 @@
 """graincal: Bayesian calibration of Discrete Element Method models against laboratory tests."""
 
 import logging
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graincal.data import Failure, InputError, MeasurementError, ParameterSpace, Reference, Response, Samples
 from graincal.lazily import exported
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     )
     from graincal.models.simulate import simulate
     from graincal.result import Result
+
+    __version__: str
 
 __all__ = [
     "ByHandModel",
@@ -97,9 +99,11 @@ _find = exported(
 )
 
 
-def __getattr__(name: str):
-    if name == "__version__":
-        from importlib.metadata import version
+if not TYPE_CHECKING:
+    # A type checker has the names by the imports above, and would take any other for one of these.
+    def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            from importlib.metadata import version
 
-        return version("graincal")
-    return _find(name)
+            return version("graincal")
+        return _find(name)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
+from os import PathLike
 from types import MappingProxyType
-from typing import TYPE_CHECKING, SupportsFloat
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -196,7 +197,13 @@ class Reference:
         )
 
     @classmethod
-    def read(cls, path, control: str = "axial_strain", observables=("stress_ratio", "volumetric_strain"), **options) -> Reference:
+    def read(
+        cls,
+        path: str | PathLike[str],
+        control: str = "axial_strain",
+        observables: Sequence[str] | Mapping[str, float] = ("stress_ratio", "volumetric_strain"),
+        **options: Any,
+    ) -> Reference:
         """Read a laboratory file into SI units and fractions.
 
         observables: names, or a mapping of names to variance shares. recorded: names of what is read beside them and not fitted. Other options and errors are those of `graincal.laboratory.read_test`, which are also the keys of

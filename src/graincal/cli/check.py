@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from graincal.campaign import Calibration, Experiment
     from graincal.campaign.asked.limits import Limits
     from graincal.campaign.file.examination import Examination, Examined
+    from graincal.campaign.file.questions import OpenQuestion
     from graincal.data import Reference
 
 UNANSWERED = 2
@@ -106,7 +107,7 @@ def _said_with_experiments(found: Examination) -> set[str]:
     return {note for experiment in found.experiments for note in experiment.reference.notes}
 
 
-def _question(question) -> str:
+def _question(question: OpenQuestion) -> str:
     proposed = f' "{question.proposed}" is likely.' if question.proposed else ""
     return f"{question.sentence}{proposed}"
 

@@ -10,8 +10,9 @@ from typing import Any
 from graincal.errors import InputError
 from graincal.laboratory.addressing import MissingColumn, column_index, listed_columns, refuse_shared
 from graincal.laboratory.columns import Conventions, Place
+from graincal.laboratory.loading_path import source_of
 from graincal.laboratory.quantities import SIGNED, STRAINS, STRESS_FORMS
-from graincal.laboratory.reading import Test, read_test, selectable, source_of
+from graincal.laboratory.reading import Test, read_test, selectable
 from graincal.laboratory.table import Table, read_table
 from graincal.laboratory.units import split_header
 from graincal.positions import POSITION

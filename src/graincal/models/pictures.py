@@ -13,7 +13,7 @@ from graincal import _native
 from graincal.data import InputError
 from graincal.dem.vtk import write_contacts, write_particles, write_series
 from graincal.files import unwritable
-from graincal.models.engine_work import DENSITY
+from graincal.models.economy import DENSITY
 from graincal.models.proportion import for_engine, from_engine
 from graincal.models.stress_path import StressPathTest
 

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from graincal.data import Reference
+from graincal.models import TriaxialTest
 from graincal.studies import forecast, paper
 from graincal.studies.common import PRESSURE, at_toyoura
 from graincal.studies.curves import over_strain
@@ -84,7 +86,7 @@ def named(setup: Setup, particles: int) -> str:
     return f"{particles} particles{own}"
 
 
-def _parts(setup: Setup, particles: int):
+def _parts(setup: Setup, particles: int) -> tuple[TriaxialTest, Reference]:
     return setup.test(particles, PRESSURE, own=True), setup.toyoura(PRESSURE, STRESS_TRUSTED)
 
 

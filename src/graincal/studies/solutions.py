@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -17,7 +17,7 @@ from graincal.notation.quantities import quantity
 from graincal.result import Result
 from graincal.studies import paper
 from graincal.studies.common import PRESSURE
-from graincal.studies.found import ITERATIONS, fits, parameter_labels, parameter_names, rows
+from graincal.studies.found import ITERATIONS, Fit, fits, parameter_labels, parameter_names, rows
 from graincal.studies.judging import EXACT, Values, all_of, at_least, at_most, smaller, spread_at
 from graincal.studies.particles import named, on_toyoura, on_toyoura_by_posterior
 from graincal.studies.records import Conclusion, Findings, Row, Table, conclusions
@@ -80,7 +80,7 @@ def _table(results: Sequence[Result], posteriors: Sequence[Posterior], missing: 
     return Table(5, f"Correlations of the samples of iteration {ITERATION}", tuple(lines), notes)
 
 
-def _ended(found, missing: str) -> Table:
+def _ended(found: Sequence[Fit], missing: str) -> Table:
     """When the calibration ended, of the text."""
     return Table("solutions", "The last iteration", tuple(rows(f"{PARTICLES} particles", {ITERATIONS: LAST}, found, {}, (ITERATIONS,), missing=missing)))
 
@@ -128,7 +128,7 @@ def _best_runs(result: Result, iteration: Iteration) -> list:
 
 
 def _conclusions(results: Sequence[Result], several: Sequence[Result]) -> tuple[Conclusion, ...]:
-    def value(name: str, of, floor: float) -> Values:
+    def value(name: str, of: Callable[[Result], float], floor: float) -> Values:
         """A number of each calibration; for one seed its spread with fewer particles."""
         elsewhere = spread_at(f"{SEVERAL} particles", [of(result) for result in several])
         return Values.of_finite(name, [of(result) for result in results], floor, unit="", elsewhere=elsewhere)

@@ -165,7 +165,7 @@ def _restore_packing(described: Mapping[str, Any]) -> Packing:
 
 def describe_model(model: Model) -> dict[str, Any]:
     """What its runs depend on."""
-    if isinstance(model, StressPathTest) and type(model) is TESTS.get(model.kind):
+    if isinstance(model, StressPathTest) and type(model) is TESTS.get(getattr(model, "kind", "")):
         described = {
             "kind": model.kind,
             "packing": _describe_packing(model.first_packing),

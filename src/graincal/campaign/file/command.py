@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from graincal.campaign.file.model_section import ModelSection
 from graincal.campaign.file.names import FileName
@@ -96,7 +96,8 @@ class CommandSection(ModelSection):
 
     @field_validator(*_CODES[1:])
     @classmethod
-    def _mean_one_thing(cls, codes: list[int], info) -> list[int]:
+    def _mean_one_thing(cls, codes: list[int], info: ValidationInfo) -> list[int]:
+        assert info.field_name is not None, "it is asked of a field"
         for key in _CODES[: _CODES.index(info.field_name)]:
             if twice := sorted(set(codes) & set(info.data.get(key, ()))):
                 raise mistake(f" has {twice[0]}, which {key} has too, and each exit code was expected to mean one thing")

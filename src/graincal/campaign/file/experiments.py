@@ -148,6 +148,6 @@ class ExperimentEntry(Section):
         if self.control == POSITION and isinstance(self.model, CompressionModel):
             options["turns"] = self.model.turns
         errors = {name: entry.error for name, entry in self.observables.items() if entry.error}
-        shares = {name: self.observables[name].variance_share for name in self.fitted}
-        observables = tuple(shares) if None in shares.values() else shares
+        shares = {name: share for name in self.fitted if (share := self.observables[name].variance_share) is not None}
+        observables = shares if len(shares) == len(self.fitted) else tuple(self.fitted)
         return Reference.read(folder / self.reference.file, self.control, observables, recorded=self.recorded, measurement_errors=errors, **options)

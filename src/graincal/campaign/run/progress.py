@@ -48,7 +48,7 @@ class Progress(Listener):
         """Whether a campaign is under way, and not only asked for."""
         return bool(self._of)
 
-    def __exit__(self, *exception) -> None:
+    def __exit__(self, *exception: Any) -> None:
         if self._live:
             self._live.__exit__(*exception)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,5 +145,5 @@ class IterativeBayesianFilter(AskTellFilter):
 class SequentialMonteCarloFilter(IterativeBayesianFilter):
     """Iteration 0 of the iterative Bayesian filter alone: the baseline of section 3 of the paper."""
 
-    def __init__(self, *arguments, stop: Stop = Stop(), **options) -> None:
+    def __init__(self, *arguments: Any, stop: Stop = Stop(), **options: Any) -> None:
         super().__init__(*arguments, stop=replace(stop, max_iterations=1), **options)

@@ -189,8 +189,10 @@ def decide_stresses(case: Case) -> None:
     largest = max(abs(extreme(column.values)) for column in bare)
     proposed = next(iter(stated)) if len(stated) == 1 else "kPa" if 5 < largest < 3e4 else "Pa" if largest >= 3e4 else "MPa"
     proven = case.known.stress_unit or _by_pressure(case, bare, proposed)
+    found = find_unit(proven or proposed)
+    assert found is not None, "a unit that a person gives was looked at before"
     for column in bare:
-        case.replace(replace(column, unit=(find_unit(proven) if proven else None) or UNITS[proposed]))
+        case.replace(replace(column, unit=UNITS[found.symbol if proven else proposed]))
     names = ", ".join(column.label for column in bare)
     if proven:
         because = "you gave it" if case.known.stress_unit else "the confining pressure that you gave is that of the column in this unit"

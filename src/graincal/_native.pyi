@@ -1,0 +1,5 @@
+"""The engine, which native/cpu/module.cpp binds."""
+
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
