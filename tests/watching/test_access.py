@@ -4,6 +4,8 @@ import json
 import os
 import re
 import shutil
+import socket
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -210,3 +212,10 @@ def test_what_is_forgotten_is_told_to_nobody():
     board.forget("figure")
     board.put("figure samples", 3)
     assert board.since(0, 0)[1] == [("status", "2"), ("figure samples", "3")]
+
+
+def test_the_link_of_a_page_at_every_address_has_the_machines_name(campaign):
+    page = Page(campaign, host="0.0.0.0")
+    link = urlsplit(page.server.link)
+    assert link.hostname == socket.gethostname().lower() and page.server.access.knows_host([link.netloc])
+    page.close()

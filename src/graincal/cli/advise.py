@@ -67,7 +67,7 @@ def advise(
 
         draw_advice(advice, plot)
     if as_json:
-        say(printable_json(advice.as_json(), indent=2))
+        say(printable_json(advice.as_json(), indent=2), prose=False)
         return
     if quiet:
         return

@@ -11,8 +11,8 @@ from graincal.notation.printable import printable
 from graincal.notation.text import between_words
 
 
-def say(text: object, *, err: bool = False, nl: bool = True) -> None:
-    """Print a text, lines and all; in a terminal they are broken between words."""
+def say(text: object, *, prose: bool = True, err: bool = False, nl: bool = True) -> None:
+    """Print a text, lines and all; those of prose are broken between words in a terminal."""
     said = printable(text, None, lines=True)
     stream = sys.stderr if err else sys.stdout
-    typer.echo(between_words(said, shutil.get_terminal_size().columns) if stream.isatty() else said, err=err, nl=nl)
+    typer.echo(between_words(said, shutil.get_terminal_size().columns) if prose and stream.isatty() else said, err=err, nl=nl)

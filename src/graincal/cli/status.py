@@ -36,7 +36,7 @@ def status(
         watch_status(Path(folder), _lines)
         return
     found = read_status(Path(folder))
-    say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)))
+    say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)), prose=not as_json)
 
 
 def _lines(status: dict[str, Any]) -> list[str]:

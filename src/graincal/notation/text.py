@@ -41,8 +41,12 @@ def duration(seconds: float) -> str:
 
 
 def between_words(text: str, width: int) -> str:
-    """Lines of prose broken between words to be at most so wide, with what follows a break indented. Lines that are indented already stay as they are: commands to copy, rows of figures."""
-    lines = text.split("\n")
-    return "\n".join(
-        line if line[:1] in ("", " ") else fill(line, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False) for line in lines
-    )
+    """Lines of prose broken between words to be at most so wide, with what follows a break indented. Commands of graincal to copy, which stand on lines of their own, stay whole."""
+    return "\n".join(_between_words(line, width) for line in text.split("\n"))
+
+
+def _between_words(line: str, width: int) -> str:
+    start = line.lstrip(" ")
+    if len(line) <= width or start.startswith("graincal "):
+        return line
+    return fill(line, width, subsequent_indent=" " * (len(line) - len(start) + 2), break_long_words=False, break_on_hyphens=False)

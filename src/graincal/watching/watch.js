@@ -47,8 +47,10 @@
       const times = [...(left ? [`about ${duration(left)} in this ${round}`] : []), ...toEnd(status.seconds_to_end)];
       pairs.push(["time left", times.join(", ") || "not known yet"]);
     }
-    if (status.posterior) pairs.push(["90 % intervals", Object.entries(status.posterior.interval_90).map(([name, [low, high]]) => `${name} ${low.toPrecision(4)} to ${high.toPrecision(4)}`).join("; ")]);
-    if (status.answer) pairs.push(["answer", Object.entries(status.answer.theta).map(([name, value]) => `${name} ${value.toPrecision(4)}`).join(", ")]);
+    const soFar = status.settled ? "" : " so far";
+    const each = (values, write) => Object.entries(values).map(([name, value]) => `${name} ${write(value)} ${status.units[name]}`.trim()).join("; ");
+    if (status.posterior) pairs.push([`90 % intervals${soFar}`, each(status.posterior.interval_90, ([low, high]) => `${low.toPrecision(4)} to ${high.toPrecision(4)}`)]);
+    if (status.answer) pairs.push([`answer${soFar}`, each(status.answer.theta, (value) => value.toPrecision(4))]);
     if (status.stopped_because) pairs.push(["ended", status.stopped_because]);
     if (status.next_command) pairs.push(["go on with", status.next_command]);
     facts(pairs);
