@@ -81,7 +81,7 @@ def test_a_table_of_pandas_has_every_evaluation(result, by_iterations):
 @pytest.mark.parametrize("name", ["pandas", "arviz"])
 def test_what_is_not_installed_is_said(result, monkeypatch, name):
     monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(gc.InputError, match=r"not installed: pip install 'graincal\[notebook\]'"):
+    with pytest.raises(gc.InputError, match=r"not installed: .* -m pip install '\.\[notebook\]'"):
         result.to_dataframe() if name == "pandas" else result.to_arviz()
 
 

@@ -6,22 +6,18 @@ The folder of a packing is left out, for it is of the machine that the report wa
 """
 
 import re
-import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from browser_pictures import take
 
 SIZES = ((1280, 800), (390, 844))
 """Of a laptop and of a telephone."""
 
 
-def take(report: Path, folder: Path) -> None:
+def main(report: Path, folder: Path) -> None:
     """Write `report_1280.png` and `report_390.png` into a folder."""
-    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if browser is None:
-        sys.exit("no Chromium is installed to open the report with")
-    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         shown = Path(scratch) / "report.html"
         shown.write_text(re.sub(r"(?<=--packing )[^ <]*/", "", report.read_text(encoding="utf-8")), encoding="utf-8")
@@ -31,22 +27,10 @@ def take(report: Path, folder: Path) -> None:
             frame.write_text(
                 f'<body style="margin: 0"><iframe src="{shown.as_uri()}" width="{width}" height="{height}" style="border: 0"></iframe>', encoding="utf-8"
             )
-            path = folder / f"report_{width}.png"
-            command = [
-                browser,
-                "--headless",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--hide-scrollbars",
-                "--allow-file-access-from-files",
-                "--virtual-time-budget=10000",
-            ]
-            command += [f"--user-data-dir={scratch}/profile", f"--window-size={width},{height}", f"--screenshot={path.resolve()}", frame.as_uri()]
-            subprocess.run(command, check=True, capture_output=True)
-            print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+            take(frame, (width, height), folder / f"report_{width}.png")
 
 
 if __name__ == "__main__":
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    take(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

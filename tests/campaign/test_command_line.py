@@ -128,7 +128,7 @@ def test_status_is_a_contract(campaign, call):
     found = json.loads(call("status", campaign, "--json").out)
     assert list(found) == [
         "folder", "state", "graincal", "started", "updated", "method", "seed", "parameters", "units", "experiments", "evaluations", "failures", "failure_kinds", "stopped",
-        "first_look", "iteration", "iterations", "best", "most_probable", "answer", "settled", "posterior", "fits_about_as_well", "remarks", "stopped_by", "stopped_because", "next_command", "seconds", "seconds_left",
+        "first_look", "iteration", "iterations", "best", "most_probable", "answer", "settled", "posterior", "fits_about_as_well", "remarks", "stopped_by", "stopped_because", "next_command", "seconds", "seconds_left", "seconds_to_end",
     ]  # fmt: skip
     assert (found["state"], found["evaluations"], found["stopped_by"], found["seconds_left"]) == ("finished", 40, "max_iterations", 0.0)
     assert found["settled"] is False and found["posterior"] is None and found["fits_about_as_well"] is None and found["remarks"] == []
@@ -500,15 +500,17 @@ def test_ctrl_c_stores_and_says_how_to_go_on(campaign, call, tmp_path):
     process = start(tmp_path, 0.3)
     folder = tmp_path / "campaign"
     deadline = time.monotonic() + 60
-    while time.monotonic() < deadline and not (holds_campaign(folder) and status(folder)["evaluations"]):
+    while time.monotonic() < deadline and not (holds_campaign(folder) and (found := status(folder))["seconds_to_end"]):
         time.sleep(0.1)
-    assert status(folder)["state"] == "running"
+    # By this method nothing is known of how most campaigns go.
+    assert found["state"] == "running" and found["evaluations"] and found["seconds_to_end"]["as_most_go"] is None
+    assert found["seconds_to_end"]["at_most"] > 0 and any(", to the end at most about " in line for line in _lines(found))
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130 and "Stopped by" not in out
     assert err == f"Stopped. All that was finished is stored; go on with:\n  graincal resume {folder}\n"
     found = status(folder)
-    assert found["state"] == "interrupted" and 0 < found["evaluations"] < 20 and found["seconds_left"] > 0
+    assert found["state"] == "interrupted" and 0 < found["evaluations"] < 20 and found["seconds_left"] > 0 and found["seconds_to_end"] is None
     assert "go on with: graincal resume" in call("status", folder).out
 
     (tmp_path / "slow.py").write_text("from soil import respond\n")

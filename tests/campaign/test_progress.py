@@ -3,11 +3,11 @@
 import logging
 
 import pytest
-from rich.console import Console
 
 import graincal as gc
 from graincal.campaign import Calibration
 from graincal.campaign.run import outlook, progress
+from graincal.notation.console import PrintableConsole
 
 from . import hyperbola
 
@@ -165,7 +165,7 @@ def test_a_campaign_says_its_limits_and_nothing_of_them_in_its_first_look(monkey
     calibrate(progress=True)
     samples = calibrate().iterations[0].samples
     assert told == [(None, 2 * len(samples), None)]
-    shown = progress.Progress(Console(quiet=True))
+    shown = progress.Progress(PrintableConsole(quiet=True))
     asked = Calibration(hyperbola.SPACE, [gc.Experiment("drained", hyperbola.model(), hyperbola.reference())])
     told.clear()
     shown.looks_first()

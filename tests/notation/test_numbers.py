@@ -2,7 +2,7 @@
 
 import pytest
 
-from graincal.notation.numbers import between, duration, estimate, percent, pressure, short, value
+from graincal.notation.numbers import between, duration, estimate, percent, pressure, short, value, within
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,11 @@ def test_an_estimate_has_two_digits_of_its_deviation(mean, spread, written):
 def test_percents_have_no_exponent():
     assert [percent(error, 2) for error in (0.0123, 1.57, 9.96, 107.4, 1234.5)] == ["0.012 %", "1.6 %", "10.0 %", "107 %", "1234 %"]
     assert [percent(error) for error in (1.567, 23.44, 107.4, float("nan"))] == ["1.57 %", "23.4 %", "107 %", "– %"]
+
+
+def test_what_rounds_to_zero_has_no_sign():
+    assert within(-1e-7, (-0.016, 0.016)) == "0.000"
+    assert within(-1e-3, (-0.016, 0.016)) == "−0.001"
 
 
 def test_other_numbers():

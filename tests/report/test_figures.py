@@ -16,6 +16,7 @@ from graincal.drawing.figure import Band, Bars, Level, Line, Points, log_axis
 from graincal.report import find, summarise, tables, write_figures
 from graincal.report.contents import figures
 from graincal.report.sampling import draw_samples
+from graincal.report.stress_paths import MOST_LIKELY
 
 from . import soil
 
@@ -155,6 +156,23 @@ def test_an_undrained_test_has_its_stress_path_and_its_pore_pressure(result):
     [line] = marks(pore, Line)
     assert line.y == pytest.approx(1e-3 * respond(found.best.theta)["excess_pore_pressure"]) and not marks(pore, Points)
     assert "stress_paths" not in drawn(result)
+
+
+@pytest.mark.usefixtures("fewer_draws")
+def test_a_stress_path_of_the_posterior_has_the_runs_that_fit_about_as_well():
+    def respond(theta):
+        shear = 1e3 * theta[0] * soil.STRAIN
+        return {"deviatoric_stress": shear, "mean_stress": 1e5 + shear / 3 - shear / 2, "excess_pore_pressure": shear / 2}
+
+    names = ("deviatoric_stress", "excess_pore_pressure")
+    reference = gc.Reference(soil.STRAIN, {name: respond(soil.TRUTH)[name] for name in names}, measurement_errors=dict.fromkeys(names, 100.0), simulated=True)
+    found = gc.calibrate(gc.PythonModel(respond), reference, soil.SPACE, seed=3, workers=1, stop=gc.Stop(max_iterations=2))
+    figure = drawn(found)["stress_paths"]
+    for panel, name in zip(figure.panels, names):
+        lines = [line for line in marks(panel, Line) if line.name == "runs that fit about as well"]
+        assert 0 < len(lines) <= MOST_LIKELY and f"the thin lines, {len(lines)} run" in figure.caption
+        # Two standard deviations are 4 % of the last value at most, and the runs at the answer are among them.
+        assert all(1e3 * line.y[-1] == pytest.approx(reference.observables[name][-1], rel=0.2) for line in lines)
 
 
 def test_failures_are_counted_by_iteration(result):

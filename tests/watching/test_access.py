@@ -4,11 +4,13 @@ import json
 import os
 import re
 import shutil
+import socket
+from urllib.parse import urlsplit
 
 import pytest
 
 from graincal.watching.access import Access
-from graincal.watching.board import MOST_STREAMS
+from graincal.watching.board import MOST_STREAMS, Board
 from graincal.watching.evaluations import MOST_PRINTED
 
 from .conftest import Page
@@ -201,3 +203,19 @@ def test_evaluations_are_named_by_their_numbers_and_nothing_by_its_path(path, ke
     page, attempt = kept
     (attempt / "printed.txt").write_text("printed")
     assert page.ask(path).status == 404
+
+
+def test_what_is_forgotten_is_told_to_nobody():
+    board = Board()
+    board.put("figure latest", 1)
+    board.put("status", 2)
+    board.forget("figure")
+    board.put("figure samples", 3)
+    assert board.since(0, 0)[1] == [("status", "2"), ("figure samples", "3")]
+
+
+def test_the_link_of_a_page_at_every_address_has_the_machines_name(campaign):
+    page = Page(campaign, host="0.0.0.0")
+    link = urlsplit(page.server.link)
+    assert link.hostname == socket.gethostname().lower() and page.server.access.knows_host([link.netloc])
+    page.close()

@@ -25,6 +25,7 @@ from graincal.cli.predict import predict
 from graincal.cli.report import report
 from graincal.cli.reproduce import reproduce
 from graincal.cli.resume import resume
+from graincal.cli.saying import say
 from graincal.cli.schema import schema
 from graincal.cli.simulate import simulate
 from graincal.cli.status import status
@@ -81,14 +82,14 @@ def main(arguments: list[str] | None = None) -> None:
             sys.exit(128 + heard[0])
         raise
     except InputError as error:
-        print(error, file=sys.stderr)
+        say(error, err=True)
         sys.exit(1)
     except OSError as error:
         # The terminal may be gone, where that was the signal.
         if heard:
             sys.exit(128 + heard[0])
         # Of a file that nobody looked at before: whatever the system says of it.
-        print(InputError(f"{error.filename or 'a file'}: this cannot be read or written ({error.strerror or error})."), file=sys.stderr)
+        say(InputError(f"{error.filename or 'a file'}: this cannot be read or written ({error.strerror or error})."), err=True)
         sys.exit(1)
     finally:
         for number, handler in before.items():

@@ -67,7 +67,7 @@ def advise(
 
         draw_advice(advice, plot)
     if as_json:
-        say(printable_json(advice.as_json(), indent=2))
+        say(printable_json(advice.as_json(), indent=2), prose=False)
         return
     if quiet:
         return
@@ -104,20 +104,18 @@ def _say(advice: Advice) -> None:
         narrowed = [f"{numbers.value(sd, 2)} ({share:.0%})" for sd, share in zip(advice.expected_deviations(each), each.shares)]
         table.add_row(each.name, to_plain(numbers.estimate(each.information, each.information_error)), f"{len(each.failures)} of {each.runs}", *narrowed)
     console.print(table)
-    console.print(
-        "Each parameter: its standard deviation, now and as it may be expected after the test, in brackets as a part of that now. The gain is the expected information, ± its standard error.",
-        soft_wrap=True,
+    console.sentences(
+        "Each parameter: its standard deviation, now and as it may be expected after the test, in brackets as a part of that now. The gain is the expected information, ± its standard error."
     )
     for one in advice.tests:
         if others := [other.name for first, other in advice.alike() if first is one]:
-            console.print(
-                f"{one.name} cannot be told apart from {listed(others)}: {'their gains differ' if len(others) == 1 else 'its gain differs from theirs'} by less than two standard errors.",
-                soft_wrap=True,
+            console.sentences(
+                f"{one.name} cannot be told apart from {listed(others)}: {'their gains differ' if len(others) == 1 else 'its gain differs from theirs'} by less than two standard errors."
             )
     for name, why in advice.not_judged.items():
-        console.print(f"{name} was not judged: {why}", soft_wrap=True)
+        console.sentences(f"{name} was not judged: {why}")
     for remark in advice.remarks:
-        console.print(remark, soft_wrap=True)
+        console.sentences(remark)
 
 
 def _write(advice: Advice, path: Path) -> None:

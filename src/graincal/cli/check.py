@@ -56,10 +56,10 @@ def check(
         found = look_at(file, quiet=as_json)
     except InputError as error:
         if as_json:
-            say(printable_json({"error": str(error)}))
+            say(printable_json({"error": str(error)}), prose=False)
         raise
     if as_json:
-        say(printable_json(found.as_json(), indent=2, allow_nan=False))
+        say(printable_json(found.as_json(), indent=2, allow_nan=False), prose=False)
     else:
         _say(found)
     outcomes = _run_first(found, run=run) if not as_json else {}

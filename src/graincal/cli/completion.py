@@ -17,13 +17,21 @@ class Shell(str, Enum):
 
     bash = "bash"
     zsh = "zsh"
+    fish = "fish"
 
 
-def completion(shell: Annotated[Shell, typer.Argument(help="The shell.", metavar="bash|zsh")]) -> None:
-    """Print the script by which a shell completes commands and options: eval "$(graincal completion bash)" in its start file."""
+_BEFORE = {Shell.zsh: "(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }\n"}
+"""What a shell needs first: zsh's completion is off until its start file calls for it."""
+
+
+def completion(shell: Annotated[Shell, typer.Argument(help="The shell.", metavar="bash|zsh|fish")]) -> None:
+    """Print the script by which a shell completes commands, options and files.
+
+    In its start file: eval "$(graincal completion bash)", the same with zsh, or graincal completion fish | source.
+    """
     from typer.completion import get_completion_script
 
-    typer.echo(get_completion_script(prog_name="graincal", complete_var=ASKED_BY, shell=shell.value))
+    typer.echo(_BEFORE.get(shell, "") + get_completion_script(prog_name="graincal", complete_var=ASKED_BY, shell=shell.value))
 
 
 def ready_to_complete() -> None:

@@ -23,7 +23,13 @@ def report(
             metavar="FORMAT",
         ),
     ] = None,
-    prediction: Annotated[bool, typer.Option("--prediction/--no-prediction", help="Simulate the most probable sample at twice the confining pressure.")] = True,
+    prediction: Annotated[
+        bool,
+        typer.Option(
+            "--prediction/--no-prediction",
+            help="Simulate the triaxial test at twice the confining pressure: 20 draws from the posterior if they take 30 s at most, else the answer, or most probable sample, once.",
+        ),
+    ] = True,
 ) -> None:
     """Write the report of a campaign's complete iterations: one HTML file."""
     from graincal.campaign.run.running import REPORT

@@ -59,9 +59,8 @@ def reproduce(
     console = PrintableConsole(highlight=False, markup=False, quiet=quiet, width=None if sys.stdout.isatty() else 120)
     try:
         with Progress(console) as progress:
-            tell = lambda text: console.print(text, soft_wrap=True)  # noqa: E731
             # Without a terminal each iteration would be a line, of thousands.
-            reproduction = Reproduction(chosen, setup, output, TITLE, tell, [progress] if console.is_terminal else [])
+            reproduction = Reproduction(chosen, setup, output, TITLE, console.sentences, [progress] if console.is_terminal else [])
             reproduction.run()
     except KeyboardInterrupt:
         say(f"Stopped. All that was finished is stored; the same command goes on with it, in {shlex.quote(str(output))}.", err=True)

@@ -10,7 +10,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.table import Table
 
 from graincal.campaign import Calibration, Listener
@@ -60,7 +59,8 @@ def run(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: b
         with _shown(folder, console) as progress:
             result = start([progress])
     except RunsWait as waits:
-        return console.print(str(waits), soft_wrap=True)
+        console.sentences(str(waits))
+        return None
     show(result, folder, console)
     if result.failed.all():
         again = next_command(folder, result.calibration, "failures")
@@ -79,13 +79,14 @@ def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, q
         with _shown(folder, console) as progress:
             start([progress])
     except RunsWait as waits:
-        return console.print(str(waits), soft_wrap=True)
-    console.print(f"{status(folder)['stopped_because']} Stored in {folder}. Calibrate with these runs by:", soft_wrap=True)
+        console.sentences(str(waits))
+        return
+    console.sentences(f"{status(folder)['stopped_because']} Stored in {folder}. Calibrate with these runs by:")
     console.print(f"  graincal calibrate CALIBRATION.toml --runs {shlex.quote(str(folder))} -o NEW_FOLDER", soft_wrap=True)
 
 
 @contextmanager
-def _shown(folder: Path, console: Console) -> Iterator[Progress]:
+def _shown(folder: Path, console: PrintableConsole) -> Iterator[Progress]:
     """Show how a campaign goes. After Ctrl-C, or where it cannot go on by itself, say the command that does."""
     progress = Progress(console)
     try:
@@ -115,7 +116,7 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
             say(f"Go on with:\n  {command}")
 
 
-def show(result: Result, folder: Path, console: Console) -> None:
+def show(result: Result, folder: Path, console: PrintableConsole) -> None:
     """The result in words and a table of the parameters."""
     from graincal.campaign.found.recorded import in_words, recorded_of_answer
     from graincal.inference.iterative.close_fits import MARGIN, close_fits
@@ -124,13 +125,13 @@ def show(result: Result, folder: Path, console: Console) -> None:
     from graincal.report import summarise
 
     # What is said of a posterior ends with the reason.
-    console.print(f"Stopped by {result.stopped_by}." if result.has_posterior else f"Stopped by {result.stopped_by}: {result.stopped_because}", soft_wrap=True)
+    console.sentences(f"Stopped by {result.stopped_by}." if result.has_posterior else f"Stopped by {result.stopped_by}: {result.stopped_because}")
     stopped = f", {result.stopped.sum()} stopped early, for they could not matter any more" if result.stopped.any() else ""
-    console.print(f"{result.evaluations} evaluations, {result.failures} failed{stopped}.", soft_wrap=True)
+    console.sentences(f"{result.evaluations} evaluations, {result.failures} failed{stopped}.")
     for kind, reason, count in result.failure_kinds():
-        console.print(f"  {count} × {kind}: {reason}", soft_wrap=True)
+        console.sentences(f"  {count} × {kind}: {reason}")
     if result.has_posterior:
-        console.print(summarise(result), soft_wrap=True)
+        console.sentences(summarise(result))
     elif (posterior := result.posterior) and (answer := result.most_probable) and (best := result.best) and (close := close_fits(result.iterations)):
         console.print(_table(result, posterior, answer, best, close))
         told = (
@@ -138,16 +139,14 @@ def show(result: Result, folder: Path, console: Console) -> None:
             if close.enough
             else f"The interval holds 90 % of the weight; only {numbers.count(close.count, 'sample')} fit about as well, too few to outline a range:"
         )
-        console.print(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.", soft_wrap=True)
-        console.print(
-            "± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.", soft_wrap=True
-        )
+        console.sentences(f"{told} ε at most {numbers.percent(close.limit)}, {MARGIN:g} percentage points above the smallest.")
+        console.sentences("± is the spread of the last iteration's weighted samples: it shrinks with every iteration, whatever the noise of the data.")
         console.print(f"Error of the most probable sample {answer.error:.2f} %, of the best {best.error:.2f} %.")
         if said := in_words(recorded_of_answer(result)):
-            console.print(to_plain(said), soft_wrap=True)
+            console.sentences(to_plain(said))
     if result.grade:
-        console.print(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}", soft_wrap=True)
-    console.print(f"Stored in {folder}.", soft_wrap=True)
+        console.sentences(f"Grade: {result.grade.word}. {' '.join(result.grade.reasons)}")
+    console.sentences(f"Stored in {folder}.")
 
 
 def _table(result: Result, posterior: Posterior, answer: Candidate, best: Candidate, close: CloseFits) -> Table:

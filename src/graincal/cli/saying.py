@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
+
 import typer
 
 from graincal.notation.printable import printable
+from graincal.notation.text import between_words
 
 
-def say(text: object, *, err: bool = False, nl: bool = True) -> None:
-    """Print a text, lines and all."""
-    typer.echo(printable(text, None, lines=True), err=err, nl=nl)
+def say(text: object, *, prose: bool = True, err: bool = False, nl: bool = True) -> None:
+    """Print a text, lines and all; those of prose are broken between words in a terminal."""
+    said = printable(text, None, lines=True)
+    stream = sys.stderr if err else sys.stdout
+    typer.echo(between_words(said, shutil.get_terminal_size().columns) if prose and stream.isatty() else said, err=err, nl=nl)

@@ -272,7 +272,7 @@ def _write(curve: Response, test: StressPathTest, output: Path | None, plot: Pat
     if output is not None:
         write_curve(output, curve, test.control)
     elif plot is None:
-        say(as_table(curve, test.control), nl=False)
+        say(as_table(curve, test.control), prose=False, nl=False)
     if plot is not None:
         from graincal.cli.figures import draw_response
 

@@ -36,11 +36,12 @@ def status(
         watch_status(Path(folder), _lines)
         return
     found = read_status(Path(folder))
-    say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)))
+    say(printable_json(found, indent=2) if as_json else "\n".join(_lines(found)), prose=not as_json)
 
 
 def _lines(status: dict[str, Any]) -> list[str]:
     from graincal.campaign.asked.calibration import round_of
+    from graincal.campaign.found.to_end import ToEnd
     from graincal.notation.text import duration, sparkline
 
     lines = [f"{status['folder']}: {status['state']}, {status['method']}, {', '.join(status['experiments'])}"]
@@ -52,6 +53,7 @@ def _lines(status: dict[str, Any]) -> list[str]:
     round_ = round_of(status["method"])
     if status["state"] != "finished" and (current := status["iteration"]):
         left = f", about {duration(status['seconds_left'])} left in it" if status["seconds_left"] else ""
+        left += f", {ToEnd(**status['seconds_to_end'])}" if status["seconds_to_end"] else ""
         lines.append(
             f"{round_} {current['index']}: {current['evaluated']} of {current['samples']} evaluated, {current['failed']} failed{_stopped(current['stopped'])}{left}"
         )

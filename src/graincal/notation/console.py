@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from graincal.notation.printable import printable
+from graincal.notation.text import between_words
 
 
 class PrintableConsole(Console):
@@ -16,3 +17,7 @@ class PrintableConsole(Console):
     def render_str(self, text: str, **options: Any) -> Text:
         """A text as rich renders it."""
         return super().render_str(printable(text, None, lines=True), **options)
+
+    def sentences(self, text: object) -> None:
+        """Print lines of prose: in a terminal broken between words, elsewhere as they are."""
+        self.print(between_words(str(text), self.width) if self.is_terminal else text, soft_wrap=True)

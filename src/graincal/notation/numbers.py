@@ -112,4 +112,5 @@ def _decimals(resolved: float, digits: int) -> int:
 def _fixed(number: float, decimals: int, exponent: int) -> str:
     # Negative decimals round to tens and hundreds.
     shown = round(number, decimals) / 10.0**exponent
-    return f"{shown:.{max(decimals + exponent, 0)}f}".replace("-", "−")
+    # What rounds to zero has no sign.
+    return f"{shown:z.{max(decimals + exponent, 0)}f}".replace("-", "−")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ def resample(control: NDArray[np.float64], values: NDArray[np.float64], width: i
 
 def duration(seconds: float) -> str:
     """A time span to read, in sentences with "about" too."""
+    if seconds <= 0:
+        return "0 s"
     if seconds < 1:
         return f"{max(seconds, 0.01):.1g} s"
     if seconds < 60:
@@ -35,3 +38,15 @@ def duration(seconds: float) -> str:
     if seconds < 5400:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.1f} h"
+
+
+def between_words(text: str, width: int) -> str:
+    """Lines of prose broken between words to be at most so wide, with what follows a break indented. Commands of graincal to copy, which stand on lines of their own, stay whole."""
+    return "\n".join(_between_words(line, width) for line in text.split("\n"))
+
+
+def _between_words(line: str, width: int) -> str:
+    start = line.lstrip(" ")
+    if len(line) <= width or start.startswith("graincal "):
+        return line
+    return fill(line, width, subsequent_indent=" " * (len(line) - len(start) + 2), break_long_words=False, break_on_hyphens=False)

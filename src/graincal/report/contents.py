@@ -36,7 +36,7 @@ def _figures(result: Record, prediction: OtherPressure | None, emulated: Emulate
             draw_samples(result),
             draw_emulator(emulated),
             draw_emulated_pairs(emulated),
-            draw_stress_paths(result),
+            draw_stress_paths(result, emulated),
             draw_fabric(result),
             draw_run_times(result),
         ]
@@ -134,6 +134,7 @@ def _compose_prediction(page: Page, result: Record, prediction: OtherPressure, f
         if figure:
             page.figure(figure)
         page.paragraph([prediction.missing], "note")
+        page.paragraph(["The answer alone, once more:"] if prediction.drawn else ())
         page.command(simulate_command(prediction.test, as_samples(result, prediction.candidate, prediction.experiment), prediction.experiment.reference))
 
 

@@ -107,6 +107,7 @@ def _compose_lines(page: Page, result: Record) -> None:
             )
             if texts:
                 with page.folded(f"Lines for {_TITLES[program]}", level=3):
+                    page.paragraph([f"Not printed: the page itself has these lines, and graincal export --to {program} writes them to a file."], "on-paper")
                     for text in texts:
                         page.lines(text)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -71,11 +72,12 @@ class Page:
             self._body.append(f"<ul>{items}</ul>")
 
     def command(self, line: str) -> None:
-        """A command line to copy."""
-        self._body.append(f"<pre><code>{html.escape(printable(line, None))}</code></pre>")
+        """A command line to copy, which breaks between its options where it is longer than the page is wide."""
+        options = " ".join(f"<span>{html.escape(each)}</span>" for each in re.split(" (?=-)", printable(line, None)))
+        self._body.append(f"<pre><code>{options}</code></pre>")
 
     def lines(self, text: str) -> None:
-        """Lines of a file to copy, which scroll in a box of their own."""
+        """Lines of a file to copy, which scroll in a box of their own, and are left out on paper."""
         self._body.append(f'<pre class="lines" tabindex="0"><code>{html.escape(printable(text, None, lines=True))}</code></pre>')
 
     def table(self, table: Table) -> None:

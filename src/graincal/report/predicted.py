@@ -39,7 +39,7 @@ def draw_predicted(prediction: Prediction, against: Reference | None = None, nam
         title = f"{shown.title}{NOT_FITTED * bool(against and name in against.recorded)}"
         panels.append(Panel(title, axis, Axis(shown.axis), tuple(marks)))
     title = f"Predicted by {count(len(prediction.theta), 'run')}."
-    return Figure("prediction", title, prediction.band_in_words(names, PROBABILITY), tuple(panels), columns=min(3, len(panels)))
+    return Figure("prediction", title, prediction.band_in_words(names, PROBABILITY), tuple(panels), columns=2 if len(panels) == 4 else min(3, len(panels)))
 
 
 def predicted_marks(prediction: Prediction, name: str, x: Array, mean: str = "predicted mean") -> list[Mark]:

@@ -89,7 +89,8 @@ def _costs(result: Record, found: OtherPressure) -> Array:
 def _without_band(result: Record, found: OtherPressure, costs: Array) -> str:
     """Why a report does not simulate the draws; empty where it does."""
     if not len(costs):
-        return 'It is one run and has no band, which needs the method "posterior".'
+        lacks = "a posterior, and there is none yet" if result.has_posterior else 'the method "posterior"'
+        return f"It is one run and has no band, which needs {lacks}."
     seconds = found.calibrated.details.get("seconds")
     if seconds is None:
         return "It is one run and has no band, for it is not known how long runs take. graincal predict makes one of several runs."
@@ -226,9 +227,13 @@ def _caption(prediction: OtherPressure, pressure: str) -> str:
         lost = f" {numbers.count(failed, 'more run')} failed." if failed else ""
         return (
             f"A prediction, not a confirmation: simulations at {pressure}, everything else as in {name}. {confirmed}. "
-            f"{drawn.band_in_words(tuple(prediction.experiment.reference.measured), PROBABILITY)}{lost}"
+            f"{drawn.band_in_words(tuple(prediction.experiment.reference.measured), PROBABILITY)}{_of_packings(prediction.test)}{lost}"
         )
     return (
         f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {pressure}, everything else as in {name}. "
         f"{confirmed}, and another run of the same parameters would differ by the scatter of runs. {prediction.without_band}"
     )
+
+
+def _of_packings(test: TriaxialTest) -> str:
+    return " What other packings of the same soil would add is not in it." if len(test.packings) == 1 else ""

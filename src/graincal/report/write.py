@@ -20,8 +20,8 @@ PREDICTED = 2.0
 def write_report(result: Record, path: str | Path, *, predict: float | None = PREDICTED) -> Path:
     """Write what was found as one HTML file, readable without a network, and return its path. A file that is there is replaced once all is written.
 
-    predict: simulate the most probable sample once more at so many times the confining pressure, in the triaxial experiment of the highest one; it
-    takes as long as one evaluation, and is left out where that took longer than two minutes. None leaves it out in any case.
+    predict: simulate the triaxial experiment of the highest confining pressure at so many times that pressure, as `predict_response` says: some draws from the posterior, or the answer
+    once; it takes half a minute, or as long as one evaluation, and is left out where that took longer than two minutes. None leaves it out in any case.
     Raises FolderError where the file cannot be written.
     """
     path = Path(path)

@@ -35,6 +35,11 @@ class Board:
                 self._news[kind] = (self._version, text)
                 self._changed.notify_all()
 
+    def forget(self, kind: str) -> None:
+        """Take away all news of kinds that begin so: they are of something else than what is to be seen now."""
+        with self._changed:
+            self._news = {each: news for each, news in self._news.items() if not each.startswith(kind)}
+
     def since(self, version: int, timeout: float) -> tuple[int, list[tuple[str, str]]]:
         """(version, [(kind, JSON)]): what is newer than a version, waited for so many seconds at most."""
         with self._changed:

@@ -24,13 +24,20 @@ PERIOD = 1.0
 def follow(folder: Path, board: Board) -> None:
     """Begin to put on the board what is to be seen of a campaign, until the board ends. Figures take longer than the rest, which does not wait for them."""
 
+    shown: list[Path] = []
+
     def state() -> None:
         board.put("status", status(folder))
-        board.put("evaluations", evaluations(Store.open(under_way(folder))))
+        runs = under_way(folder)
+        board.put("evaluations", evaluations(Store.open(runs)) | {"look": runs != folder})
 
     def drawn() -> None:
-        for figure in figures(under_way(folder)):
-            board.put(f"figure {figure['name']}", figure)
+        runs = under_way(folder)
+        if shown != [runs]:
+            board.forget("figure")
+            shown[:] = [runs]
+        for figure in figures(runs):
+            board.put(f"figure {figure['name']}", figure | {"look": runs != folder})
 
     for read in (state, drawn):
         threading.Thread(target=_repeat, args=(read, folder, board), daemon=True).start()

@@ -5,7 +5,8 @@
 
   const duration = (seconds) => {
     if (seconds === null || seconds === undefined) return "-";
-    if (seconds < 60) return `${seconds.toPrecision(2)} s`;
+    if (seconds <= 0) return "0 s";
+    if (seconds < 60) return `${seconds < 1 ? seconds.toPrecision(1) : Math.round(seconds)} s`;
     return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
   };
   const clock = (iso) => (iso ? new Date(iso).toLocaleString() : "-");
@@ -23,29 +24,42 @@
     return row;
   }));
 
+  const ofLook = (look) => (look ? " of the first look" : "");
+
+  const toEnd = (seconds) => {
+    const said = [];
+    if (seconds && seconds.as_most_go !== null) said.push(`about ${duration(seconds.as_most_go)} as most campaigns go`);
+    if (seconds && seconds.at_most !== null) said.push(`at most about ${duration(seconds.at_most)}`);
+    return said.length ? [`to the end ${said.join(", ")}`] : [];
+  };
+
   const showStatus = (status) => {
-    const now = status.iteration;
-    const round = status.method === "posterior" ? "batch" : "iteration";
     const look = status.first_look && status.first_look.state !== "finished" ? status.first_look : null;
+    const { iteration: now, seconds_left: left } = look || status;
+    const round = `${status.method === "posterior" ? "batch" : "iteration"}${ofLook(look)}`;
     document.title = `${status.state}: ${status.folder}`;
     at("title").textContent = status.experiments.join(", ");
     at("state").textContent = `${status.folder}: ${status.state}, ${status.evaluations} evaluations, ${status.failures} failed`;
     const pairs = [["began", clock(status.started)], ["last ended", clock(status.updated)], ["run time", `${duration(status.seconds)} of all evaluations together`]];
-    if (look) pairs.push(["first look", `${look.evaluations} evaluations, ${look.state}`]);
+    if (look) pairs.push(["first look", `${look.state}, before the campaign itself: ${look.evaluations} evaluations, ${look.failures} failed`]);
     if (now && !status.stopped_by) {
       pairs.push([round, `${now.index}: ${now.evaluated} of ${now.samples} evaluated, ${now.failed} failed`]);
-      pairs.push(["time left", status.seconds_left === null ? "not known yet" : `about ${duration(status.seconds_left)} in this ${round}`]);
+      const times = [...(left ? [`about ${duration(left)} in this ${round}`] : []), ...toEnd(status.seconds_to_end)];
+      pairs.push(["time left", times.join(", ") || "not known yet"]);
     }
-    if (status.posterior) pairs.push(["90 % intervals", Object.entries(status.posterior.interval_90).map(([name, [low, high]]) => `${name} ${low.toPrecision(4)} to ${high.toPrecision(4)}`).join("; ")]);
-    if (status.answer) pairs.push(["answer", Object.entries(status.answer.theta).map(([name, value]) => `${name} ${value.toPrecision(4)}`).join(", ")]);
+    const soFar = status.settled ? "" : " so far";
+    const each = (values, write) => Object.entries(values).map(([name, value]) => `${name} ${write(value)} ${status.units[name]}`.trim()).join("; ");
+    if (status.posterior) pairs.push([`90 % intervals${soFar}`, each(status.posterior.interval_90, ([low, high]) => `${low.toPrecision(4)} to ${high.toPrecision(4)}`)]);
+    if (status.answer) pairs.push([`answer${soFar}`, each(status.answer.theta, (value) => value.toPrecision(4))]);
     if (status.stopped_because) pairs.push(["ended", status.stopped_because]);
-    if (status.state === "interrupted") pairs.push(["go on with", `graincal resume ${status.folder}`]);
+    if (status.next_command) pairs.push(["go on with", status.next_command]);
     facts(pairs);
     const kinds = Object.entries((look || status).failure_kinds).map(([kind, count]) => `${kind}: ${count}`);
     at("failures").textContent = kinds.join(", ") || "None.";
   };
 
-  const showEvaluations = ({ total, rows }) => {
+  const showEvaluations = ({ total, rows, look }) => {
+    at("evaluations-of").textContent = `Evaluations${ofLook(look)}`;
     at("shown").textContent = rows.length < total ? `The last ${rows.length} of ${total}.` : `${total} asked for.`;
     at("evaluations").replaceChildren(...rows.map((each) => {
       const row = element("tr", "", each.state.replace(" ", "-"));
@@ -70,7 +84,10 @@
   };
 
   // The server has escaped what stands in a figure's own HTML; frames that are there already are drawn in again, so that nothing jumps.
-  const showFigure = ({ name, html, plots }) => {
+  const showFigure = ({ name, html, plots, look }) => {
+    const title = `Figures${ofLook(look)}`;
+    if (at("figures-of").textContent !== title) at("figures").replaceChildren();
+    at("figures-of").textContent = title;
     const fresh = new DOMParser().parseFromString(html, "text/html").querySelector("figure");
     const frames = (figure) => [...figure.querySelectorAll(".plot")].map((frame) => frame.id).join();
     const drawn = document.getElementById(name);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from graincal.campaign.found.record import Record
 from graincal.campaign.found.recorded import recorded_of_answer
 from graincal.campaign.found.remarks import remarks
 from graincal.campaign.found.replay import runs_at_answer
+from graincal.campaign.found.to_end import to_end_of
 from graincal.campaign.found.trust import accepted_problems, changed_code
 from graincal.campaign.stored.code import CHANGED
 from graincal.campaign.stored.database import said_of_damage
@@ -53,6 +55,8 @@ def status(folder: str | Path) -> dict[str, Any]:
     what they rest on. What takes emulators to tell is not among them (`BY_EMULATORS`): `Result.remarks` has it too.
     stopped_by, stopped_because: the criterion and a sentence. next_command: what to type to go on with it; None while it runs, and where it has what it was to find.
     seconds: run times of all evaluations together; seconds_left: until the iteration under way is complete, roughly.
+    seconds_to_end: {as_most_go, at_most} until the campaign is at its end, roughly: as most campaigns go, and by its limits; each None where it is not known, and itself where neither is, or
+    where it does not run.
     """
     folder = Path(folder)
     store = Store.open(folder)
@@ -81,7 +85,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "failures": counts["failed"],
         "failure_kinds": _failure_kinds(store),
         "stopped": counts["stopped"],
-        "first_look": status(folder / LOOK) if holds_campaign(folder / LOOK) else None,
+        "first_look": status(folder / LOOK) | {"seconds_to_end": None} if holds_campaign(folder / LOOK) else None,
         **({"by_hand": left} if hand else {}),
         "iteration": _under_way(store),
         "iterations": _iterations(result) if result else [],
@@ -98,6 +102,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "next_command": None if running and not finished else next_command(folder, store.calibration, store.meta("stopped_by")),
         "seconds": seconds,
         "seconds_left": 0.0 if finished else _seconds_left(store, seconds / timed if timed else None),
+        "seconds_to_end": asdict(to_end) if running and not finished and (to_end := to_end_of(store)) else None,
     }
 
 

@@ -64,11 +64,12 @@ class Campaign:
             return self._run(filter, evaluations)
 
     def _say_what_is_expected(self, filter: Filter) -> None:
-        """To listeners, of a filter before its first round."""
+        """To listeners, and to those who read the store, of a filter before its first round."""
         limits, known, stop = Limits.of(self.calibration, filter), self.calibration.known, self.calibration.stop
         settles = isinstance(filter, PosteriorFilter) and stop.posterior_shift is not False
         evaluations = Forecast.of(limits.first, len(known) if known else 0, limits.evaluations).evaluations if settles else None
         seconds = None if stop.hours is False else max(3600 * stop.hours - self._spent, 0.0)
+        self.store.expect(evaluations, limits.evaluations, seconds)
         for listener in self.listeners:
             listener.expects(evaluations, limits.evaluations, seconds)
 

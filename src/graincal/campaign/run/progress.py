@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 import numpy as np
-from rich.console import Console, Group
+from rich.console import Group
 from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
@@ -18,6 +18,7 @@ from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.listener import Listener
 from graincal.data import Failure, Response
 from graincal.inference import Iteration
+from graincal.notation.console import PrintableConsole
 from graincal.notation.text import duration, sparkline
 
 PAUSE = 5.0
@@ -27,7 +28,7 @@ PAUSE = 5.0
 class Progress(Listener):
     """Counts what the campaign does, and shows it."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: PrintableConsole) -> None:
         self._console = console
         self._of = self._limit = self._heading = ""
         self._iterations: list[Iteration] = []
@@ -69,7 +70,7 @@ class Progress(Listener):
             self._outlook.expects(evaluations, at_most, seconds)
 
     def remark(self, text: str) -> None:
-        self._console.print(text, soft_wrap=True)
+        self._console.sentences(text)
 
     def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
         self._heading = f"{self._of} {iteration}{self._limit}, {experiment}"
@@ -100,11 +101,11 @@ class Progress(Listener):
     def _line(self, text: str) -> None:
         self._said = time.monotonic()
         if not self._live:
-            self._console.print(text, soft_wrap=True)
+            self._console.sentences(text)
 
     def _counts(self) -> str:
         elapsed, waiting = time.monotonic() - self._began, self._total - self._done
-        left = f", {duration(elapsed / self._done * waiting)} left in this {self._of}" if self._done else ""
+        left = f", {duration(elapsed / self._done * waiting)} left in this {self._of}" if self._done and waiting else ""
         left += f", {words}" if (words := self._outlook.words(waiting)) else ""
         stopped = f", {self._stopped} stopped early" if self._stopped else ""
         return f"{self._done} of {self._total} evaluated, {self._failed} failed{stopped}{left}"

@@ -6,6 +6,7 @@ import json
 import sqlite3
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,9 @@ ACCEPTED = "accepted"
 
 OUT_OF_TIME, SPENT = "out of time", "seconds spent"
 """The keys under which a store keeps the iteration that was the last within the limit in time, and the wall time of all sittings so far."""
+
+SITTING = "sitting"
+"""The key under which a store keeps when its last sitting began, and what was expected then."""
 
 
 class StoredCalibration:
@@ -106,6 +110,17 @@ class StoredCalibration:
         with self._transaction() as db:
             db.execute("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", (SPENT, f"{seconds:.3f}"))
 
+    def expect(self, evaluations: int | None, at_most: int | None, seconds: float | None) -> None:
+        """Keep what a sitting that begins now is expected to come to, in the place of the last (`Listener.expects`)."""
+        text = json.dumps({"began": now(), "evaluations": evaluations, "at_most": at_most, "seconds": seconds})
+        with self._transaction() as db:
+            db.execute("INSERT OR REPLACE INTO meta (key, value) VALUES (?, ?)", (SITTING, text))
+
+    def sitting(self) -> dict[str, Any] | None:
+        """{began (ISO 8601), evaluations, at_most, seconds} of the last sitting (`expect`); None where a version before did not keep it."""
+        text = self.meta(SITTING)
+        return None if text is None else json.loads(text)
+
     @property
     @damage_is_said
     def accepted(self) -> tuple[Doubt, ...]:
@@ -161,3 +176,7 @@ def as_json_text(data: Mapping[str, Any]) -> str:
 def as_stored(data: Mapping[str, Any]) -> dict[str, Any]:
     """Plain data as they come back from a store."""
     return json.loads(as_json_text(data))
+
+
+def now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from graincal.campaign.asked.calibration import round_of
 from graincal.campaign.stored.arrays import pack_array, pack_columns, unpack_array, unpack_columns
-from graincal.campaign.stored.asked import StoredCalibration
+from graincal.campaign.stored.asked import StoredCalibration, now
 from graincal.campaign.stored.database import damage_is_said, sound
 from graincal.data import Failure, InputError, Response, Samples
 
@@ -151,6 +151,21 @@ class StoredEvaluations(StoredCalibration):
         last = self._rows("SELECT max(ended) FROM evaluation")[0][0]
         return None if last is None else datetime.fromisoformat(last).isoformat(timespec="milliseconds")
 
+    @damage_is_said
+    def rounds(self) -> tuple[list[int], int]:
+        """(samples of each round that was begun, evaluations of them that wait)."""
+        sizes = [count for (count,) in self._rows("SELECT count(*) FROM sample WHERE iteration >= 0 GROUP BY iteration ORDER BY iteration")]
+        query = f"""
+            SELECT count(*) FROM evaluation JOIN sample ON sample.id = sample
+            WHERE iteration >= 0 AND state = 'waiting' AND sample NOT IN (SELECT sample FROM evaluation WHERE state = 'failed' OR {STOPPED})"""
+        return sizes, self._rows(query)[0][0]
+
+    @damage_is_said
+    def ended_since(self, time: str) -> tuple[float | None, int]:
+        """(s since 1970 when the first of them began, how many): the evaluations that ended since a time in ISO 8601; None where there is none."""
+        query = "SELECT min((julianday(ended) - 2440587.5) * 86400 - coalesce(seconds, 0)), count(*) FROM evaluation WHERE ended >= ?"
+        return self._rows(query, time)[0]
+
     def _as_samples(self, rows: Sequence[tuple[int, str]]) -> Samples:
         names = self.calibration.space.names
         theta = np.array([json.loads(theta) for _, theta in rows], dtype=np.float64).reshape(-1, len(names))
@@ -176,7 +191,3 @@ def _numbers(details: str) -> dict[str, float]:
 def same(one: Samples, other: Samples) -> bool:
     """Whether they are the same, to within what a table of numbers loses."""
     return np.array_equal(one.ids, other.ids) and np.allclose(one.theta, other.theta, rtol=1e-9, atol=1e-12)
-
-
-def now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -18,9 +18,9 @@ from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.asked.description import describe, describe_stop
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.stored.arrays import pack_array, unpack_array
-from graincal.campaign.stored.asked import ACCEPTED, LIBRARY, OUT_OF_TIME, POINTS, as_json_text, known_arrays
+from graincal.campaign.stored.asked import ACCEPTED, LIBRARY, OUT_OF_TIME, POINTS, as_json_text, known_arrays, now
 from graincal.campaign.stored.database import BEFORE, NAME, VERSION, Database, columns_of, damage_is_said, sound
-from graincal.campaign.stored.evaluated import STOPPED, StoredEvaluations, now
+from graincal.campaign.stored.evaluated import STOPPED, StoredEvaluations
 from graincal.campaign.stored.learnt import Learnt
 from graincal.campaign.stored.log import is_running
 from graincal.campaign.stored.looks import pack_look, unpack_look
