@@ -53,6 +53,11 @@ def found(result: Record, emulated: Emulated | None) -> tuple[tuple[str, tuple[s
     return under_headings(remarks(result, emulated.known if emulated else None), evidence(emulated) if emulated else "")
 
 
+def found_briefly(result: Record, emulated: Emulated | None) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """The same without the evidence."""
+    return under_headings(remarks(result, emulated.known if emulated else None))
+
+
 def under_headings(said: tuple[Remark, ...], of_evidence: str = "") -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Remarks under their headings, in the order given, and the evidence before the end."""
     paragraphs: dict[str, list[str]] = {}
@@ -80,7 +85,7 @@ def rule(space: ParameterSpace) -> str:
 def fits_rule(fits: LikelyRuns) -> str:
     """Which runs fit about as well, for readers."""
     if fits.repeated:
-        near = f"at most {WITHIN:g} standard deviations of the runs at the answer below the mean of these {fits.repeated}"
+        near = f"at most {WITHIN:g} standard deviations below the median of the {fits.repeated} runs at the answer (their own deviation, or √(n / 2) for n parameters where that is more)"
     else:
         near = f"at most {WITHIN:g} √(n / 2) below the largest (over a Gaussian posterior of n parameters its standard deviation is √(n / 2))"
     few = "" if fits.enough else " They are too few to outline a range."

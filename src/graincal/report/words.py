@@ -35,9 +35,9 @@ def found(result: Record, findings: Sequence[Finding]) -> tuple[tuple[str, tuple
 
 
 def summarise(result: Record) -> str:
-    """What was found, in plain lines for a terminal."""
+    """What was found, in plain lines for a terminal; the evidence, which compares models, stands in the report."""
     if result.has_posterior:
-        said = verdict.found(result, Emulated.of(result))
+        said = verdict.found_briefly(result, Emulated.of(result))
     else:
         said = found(result, find(result.space, result.iterations, result.truth))
     return "\n".join(to_plain(text) for _, paragraphs in said for text in paragraphs)
