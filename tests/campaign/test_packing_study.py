@@ -127,13 +127,13 @@ def test_a_simulated_reference_is_said_to_be_taken_for_another_packing_s(engine)
 
 
 def test_a_report_simulates_its_prediction_once(engine, tmp_path, monkeypatch):
-    result, simulated = calibrate(tmp_path / "campaign"), []
-    own = prediction._simulate
-    monkeypatch.setattr(prediction, "_simulate", lambda *arguments: simulated.append(arguments) or own(*arguments))
-    first = prediction.predict_response(result, 2.0).response
-    again = prediction.predict_response(gc.Result.read(tmp_path / "campaign"), 2.0).response
-    assert len(simulated) == 1 and list(again.values) == list(first.values)
+    result, predicted = calibrate(tmp_path / "campaign"), []
+    own = prediction.predict
+    monkeypatch.setattr(prediction, "predict", lambda *arguments, **options: predicted.append(options) or own(*arguments, **options))
+    first = prediction.predict_response(result, 2.0).drawn
+    again = prediction.predict_response(gc.Result.read(tmp_path / "campaign"), 2.0).drawn
+    assert len(predicted) == 1 and list(again.values) == list(first.values)
     np.testing.assert_array_equal(again.control, first.control)
     np.testing.assert_array_equal(again.values["stress_ratio"], first.values["stress_ratio"])
     prediction.predict_response(result, 4.0)
-    assert len(simulated) == 2
+    assert len(predicted) == 2

@@ -137,9 +137,6 @@ class TableTest(StressPathTest):
             raise InputError(f"{self.table.name}: stages must be one row of the numbers of recorded ones, {', '.join(map(str, self.table.recorded))}.")
         return recorded
 
-    def _stages(self, states: NDArray[np.float64]) -> list[_native.Stage]:
-        return self.stages(ENGINE_PRESSURE, states)
-
     def derived(self, c: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
         """The columns of every path, and the number of the stage."""
         return super().derived(c) | {"stage": np.array(self.table.recorded, dtype=np.float64)}
