@@ -166,8 +166,8 @@ def test_a_strangers_executor_and_lines_of_scripts_need_a_word(call, tmp_path, m
 def test_jobs_of_a_copied_folder_are_others(call, tmp_path):
     assert call("calibrate", write(tmp_path, ""), "-o", tmp_path / "campaign", "-q").code == 0
     shutil.copytree(tmp_path / "campaign", tmp_path / "copy")
-    label = _label(Store.open(tmp_path / "campaign"))
-    assert label == _label(Store.open(tmp_path / "campaign")) and label != _label(Store.open(tmp_path / "copy"))
+    label = _label(Store.open(tmp_path / "campaign"), tmp_path / "campaign")
+    assert label == _label(Store.open(tmp_path / "campaign"), tmp_path / "campaign") and label != _label(Store.open(tmp_path / "copy"), tmp_path / "copy")
 
 
 def test_by_parsl_it_is_the_same_and_a_function_that_lies_beside_the_file_is_found(call, tmp_path):
