@@ -16,6 +16,7 @@ import graincal as gc
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.found.remark import BY_EMULATORS, CODES, EXCLUSIVE, IDENTIFIED, LEVELS
 from graincal.campaign.found.remarks import WORDS, ByEmulators, remarks
+from graincal.campaign.found.scatter import Scatter
 from graincal.campaign.found.status import status
 from graincal.campaign.found.trust import LEAST_COVERAGE, MUCH_UNSURE
 from graincal.inference.posterior.likely_runs import LikelyRuns
@@ -70,7 +71,7 @@ def spread(found, widths, correlation=0.0):
 def altered(result, learnt=None, **changes):
     """The result with other attributes, and then other figures of what was learnt last."""
     other = copy(result)
-    for name in ("remarks", "knowledge", "emulation"):
+    for name in ("remarks", "knowledge", "emulation", "scatter"):
         other.__dict__.pop(name, None)
     # What takes the curves, which no state here changes.
     other.knowledge = result.knowledge
@@ -88,7 +89,6 @@ ENDINGS = [
 ]
 EMULATORS = [
     {"held_out": (0.02,), "of_mean": (0.5,), "coverage": 0.9},
-    {"held_out": (0.3,), "of_mean": (0.5,), "coverage": 0.9, "scatter": (0.28,), "spread": (0.2,)},
     {"held_out": (0.3,), "of_mean": (0.5,), "coverage": 0.9, "dropped": 0.3, "lost": 0.3},
     {"held_out": (0.3,), "of_mean": (0.2,), "coverage": 0.9, "pareto_k": 0.9, "weights": np.full(300, 1 / 300)},
     {"held_out": (0.02,), "of_mean": (0.5,), "coverage": 0.6},
@@ -138,6 +138,9 @@ def states(result):
         calibration = replace(result.calibration, stop=replace(stop, posterior_shift=enough))
         for ending, known in product(ENDINGS, KNOWN):
             yield altered(result, **ending, found=found, calibration=calibration, failed=failed), known
+    # Of a model whose runs at one place differ.
+    rough = replace(found, held_out=(0.3,), of_mean=(0.5,))
+    yield altered(result, found=rough, scatter=Scatter(0.05, 0.06), **at(middle, [6.0, 6.1, 6.2])), KNOWN[1]
     # Of two packings; of one that never came to a response; and of one for which too few did.
     test = gc.TriaxialTest([PACKING, PACKING], 0.5e6, fixed=FIXED)
     two = replace(result.calibration, experiments=[replace(result.experiments[0], model=test)])

@@ -243,7 +243,7 @@ def _timed(calibration: Calibration, at_once: int, took: float) -> tuple[list[st
     samples, each = len(calibration.blank_filter().under_way[0]), calibration.expected_seconds
     if each:
         beside = f", and the first sample took {duration(took)}" if took else ""
-        return [f"about {duration(each)} for an evaluation, as expected_seconds says{beside}"], each * math.ceil(samples / at_once), 0.0
+        return [f"about {duration(each)} for an evaluation, as expected_seconds says{beside}"], each * math.ceil(samples / at_once), each
     lines, seconds, pilots = [], 0.0, 0.0
     for expected in expect(calibration):
         if expected.failure is None:
@@ -253,15 +253,19 @@ def _timed(calibration: Calibration, at_once: int, took: float) -> tuple[list[st
             )
             seconds += max(expected.seconds / at_once, expected.longest)
             pilots += expected.pilot
-        elif expected.failure.kind != NOT_RUN:
+        elif expected.failure.kind == NOT_RUN and took:
+            # What its first sample took is known, that of all programs together.
+            continue
+        elif expected.failure.kind == NOT_RUN:
+            return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}'], math.nan, math.nan
+        else:
             said = f'experiment "{expected.experiment}" cannot be timed, its pilot in the middle of the ranges failed: {expected.failure.reason}'
             return [*lines, said], math.nan, math.nan
-        elif took:
-            said = f"The first sample took {duration(took)}. expected_seconds = {took:.2g} under [run] says so, where other samples take about as long: more runs then fill the ranges of a program that takes seconds."
-            return [*lines, said], took * math.ceil(samples / at_once), math.nan
-        else:
-            return [*lines, f'experiment "{expected.experiment}": {expected.failure.reason}'], math.nan, math.nan
-    return lines, seconds, pilots
+    if took:
+        each = took + pilots
+        said = f"The first sample took {duration(took)}. expected_seconds = {each:.2g} under [run] says how long one evaluation takes in all experiments, where others take about as long: more runs then fill the ranges of what takes seconds."
+        lines.append(said)
+    return lines, seconds + took * math.ceil(samples / at_once), pilots
 
 
 def _course(calibration: Calibration, limits: Limits, samples: int, first_round: float) -> str:

@@ -80,7 +80,7 @@ def compare(
     elif confining_pressure is not None or experiment is not None:
         option = "--experiment" if confining_pressure is None else "--confining-pressure"
         raise InputError(f"{option} is that of the test of --against, which is missing.")
-    say("\n".join(_table(ranked)))
+    say("\n".join(_table(ranked)), prose=False)
     if against:
         say("Ranked by the log score of the test, measurement errors included: the larger, the more probable the test was under the prediction.")
         say_if_few(samples)

@@ -35,7 +35,7 @@ def say_inputs(calibration: Calibration) -> None:
         lines += [f"  {name} is a link to {source}" for name, source in given.links.items()]
         for name, text in given.files.items():
             lines += [f"  {name}:", *_shown(text)]
-        say("\n".join(lines))
+        say("\n".join(lines), prose=False)
 
 
 def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
@@ -56,7 +56,7 @@ def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
             lines += [f"  failed, {outcome.kind}: {reason}", *printed]
         else:
             lines += _beside(experiment.reference, outcome)
-        say("\n".join(lines))
+        say("\n".join(lines), prose=False)
     return found
 
 

@@ -261,6 +261,7 @@ def _write(prediction: Prediction, path: Path) -> None:
 def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ...], reference: Reference | None) -> list[str]:
     from graincal.inference import curve_error
     from graincal.notation.markup import to_plain
+    from graincal.report.prediction import of_packings
 
     lines = [
         f"Predicted {_named(test)} from {len(prediction.theta)} samples of the posterior"
@@ -269,7 +270,7 @@ def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ..
     ]
     extra = tuple(name for name in ("coordination_number", "a_c") if name in prediction.values and name not in shown)
     lines += [_at_the_end(prediction, name) for name in (*shown, *extra)]
-    lines.append(to_plain(prediction.band_in_words((*shown, *extra))))
+    lines.append(to_plain(f"{prediction.band_in_words((*shown, *extra))}{of_packings(test)}"))
     if reference is not None:
         found = prediction.against(reference)
         covered = ", ".join(f"{share:.0%} of {name}" for name, share in found.coverage.items())

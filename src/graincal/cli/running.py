@@ -15,7 +15,7 @@ from rich.table import Table
 from graincal.campaign import Calibration, Listener
 from graincal.campaign.asked.doubt import Doubt
 from graincal.campaign.file.examination import Examination, examine
-from graincal.campaign.found.next_command import going_on, next_command
+from graincal.campaign.found.next_command import going_on, next_command, what_it_does
 from graincal.campaign.run.progress import Progress
 from graincal.campaign.run.running import REPORT
 from graincal.campaign.run.waiting import RunsWait
@@ -87,7 +87,7 @@ def fill_and_say(folder: Path, start: Callable[[Sequence[Listener]], Path], *, q
 
 @contextmanager
 def _shown(folder: Path, console: PrintableConsole) -> Iterator[Progress]:
-    """Show how a campaign goes. After Ctrl-C, or where it cannot go on by itself, say the command that does."""
+    """Show how a campaign goes, and after Ctrl-C the command that goes on with it."""
     progress = Progress(console)
     try:
         with progress:
@@ -98,10 +98,6 @@ def _shown(folder: Path, console: PrintableConsole) -> Iterator[Progress]:
             if holds_campaign(folder):
                 say(f"Stopped. All that was finished is stored; go on with:\n  {going_on(folder)}", err=True)
         raise
-    except InputError as error:
-        if not progress.begun:
-            raise
-        raise InputError(f"{error}\nAll that was finished is stored; when this is mended, go on with:\n  {going_on(folder)}") from error
 
 
 def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], *, quiet: bool) -> None:
@@ -113,7 +109,7 @@ def run_and_report(folder: Path, start: Callable[[Sequence[Listener]], Result], 
     if not quiet:
         say(f"Report: {path}")
         if command := next_command(folder, result.calibration, result.stopped_by):
-            say(f"Go on with:\n  {command}")
+            say(f"{what_it_does(result.stopped_by).capitalize()}:\n  {command}")
 
 
 def show(result: Result, folder: Path, console: PrintableConsole) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from graincal.campaign.found.next_command import what_it_does
 from graincal.cli.options import Folder
 from graincal.cli.saying import say
 from graincal.errors import InputError
@@ -80,14 +81,13 @@ def _lines(status: dict[str, Any]) -> list[str]:
     lines += [each["text"] for each in status["remarks"] if each["code"] in _ALWAYS or (each["level"] == "doubt" and each["code"] != "preliminary")]
     if status["stopped_by"]:
         lines.append(f"stopped by {status['stopped_by']}: {status['stopped_because']}")
-        lines += [f"go on with: {status['next_command']}"] if status["next_command"] else []
+        lines += [f"{what_it_does(status['stopped_by'])}: {status['next_command']}"] if status["next_command"] else []
     elif status["state"] == "waiting":
         folder = shlex.quote(status["folder"])
-        lines.append(
-            f"{status['by_hand']} runs wait to be made by hand: graincal ask {folder} prints which, and graincal tell {folder} FOLDER takes what they give"
-        )
+        lines += [f"{status['by_hand']} runs wait to be made by hand. To see which, and to hand in what they gave:"]
+        lines += [f"  graincal ask {folder}", f"  graincal tell {folder} FOLDER"]
     elif status["state"] == "interrupted":
-        lines.append(f"go on with: {status['next_command']}")
+        lines.append(f"{what_it_does(None)}: {status['next_command']}")
     return lines
 
 

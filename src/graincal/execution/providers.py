@@ -58,8 +58,8 @@ class Blocks:
         """Raise InputError where Parsl, or the program that submits jobs, is not here."""
         try:
             import parsl  # noqa: F401
-        except ImportError:
-            raise not_installed('run.executor = "parsl"', "Parsl", "cluster") from None
+        except ImportError as error:
+            raise not_installed('run.executor = "parsl"', "Parsl", "cluster", error) from None
         program = SUBMIT[self.provider]
         if program and which(program) is None:
             raise InputError(

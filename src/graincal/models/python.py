@@ -81,6 +81,6 @@ class PythonModel(Model):
     def _work(self, at: ArrayLike) -> FunctionWork:
         asked = np.asarray(at, dtype=np.float64)
         control = asked if self.control is None else np.asarray(self.control, dtype=np.float64)
-        if not covers(control, asked):
+        if self.control is not None and not covers(control, asked):
             raise InputError(f"the model covers the control values {span(control)}, and {span(asked)} are asked for.")
         return FunctionWork(self.function, self.folder, control, self.timeout, self.executor)

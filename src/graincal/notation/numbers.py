@@ -32,7 +32,7 @@ def repeated(mean: float, spread: float) -> str:
 
 
 def between(low: float, high: float) -> str:
-    """The two ends of an interval, two digits of its width: `0.21 to 0.88`; of numbers with a power of ten that span decades two digits of each; the value alone where it has no width but rounding."""
+    """The two ends of an interval, two digits of its width: `0.21 to 0.88`; of numbers with a power of ten, the larger at least five times the smaller, two digits of each; the value alone where it has no width but rounding."""
     if high - low <= ROUNDING * max(abs(low), abs(high)):
         return value(high)
     exponent = _exponent(max(abs(low), abs(high)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from textwrap import fill
 
@@ -40,8 +41,12 @@ def duration(seconds: float) -> str:
     return f"{seconds / 3600:.1f} h"
 
 
+_COMMAND = re.compile(r"(?<=:) (?P<command>graincal \S.*)$")
+"""At the end of a line."""
+
+
 def between_words(text: str, width: int) -> str:
-    """Lines of prose broken between words to be at most so wide, with what follows a break indented. Commands of graincal to copy, which stand on lines of their own, stay whole."""
+    """Lines of prose broken between words to be at most so wide, with what follows a break indented. Commands of graincal to copy stay whole: those on lines of their own, and those at the end of a line, which get one."""
     return "\n".join(_between_words(line, width) for line in text.split("\n"))
 
 
@@ -49,4 +54,6 @@ def _between_words(line: str, width: int) -> str:
     start = line.lstrip(" ")
     if len(line) <= width or start.startswith("graincal "):
         return line
+    if command := _COMMAND.search(line):
+        return f"{_between_words(line[: command.start()], width)}\n{' ' * (len(line) - len(start) + 2)}{command['command']}"
     return fill(line, width, subsequent_indent=" " * (len(line) - len(start) + 2), break_long_words=False, break_on_hyphens=False)

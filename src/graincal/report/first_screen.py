@@ -6,7 +6,7 @@ import os
 
 from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.export_contact import PROGRAMS, contact_texts
-from graincal.campaign.found.next_command import next_command
+from graincal.campaign.found.next_command import next_command, what_it_does
 from graincal.campaign.found.record import Record
 from graincal.campaign.found.remarks import remarks
 from graincal.campaign.found.summary import summarise
@@ -32,8 +32,8 @@ def compose_first_screen(page: Page, result: Record, emulated: Emulated | None, 
         page.paragraph([word], "word")
         page.paragraph(more)
         page.notes(doubts(result, emulated))
-        if command := going_on(result):
-            page.paragraph(["Go on with:"])
+        if command := command_from_anywhere(result):
+            page.paragraph([f"{what_it_does(result.stopped_by).capitalize()}:"])
             page.command(command)
     if curves:
         page.figure(curves, leads=True)
@@ -73,7 +73,7 @@ def doubts(result: Record, emulated: Emulated | None) -> list[str]:
     return found[:_DOUBTS] + ([f"{numbers.count(more, 'more doubt')}, under “What was found”."] if more > 0 else [])
 
 
-def going_on(result: Record) -> str | None:
+def command_from_anywhere(result: Record) -> str | None:
     """The command that goes on with a campaign, from anywhere; None where there is none, or the campaign is kept in memory."""
     return next_command(os.path.abspath(result.folder), result.calibration, result.stopped_by) if result.folder else None
 

@@ -18,7 +18,7 @@ from graincal.drawing.palette import BEST, PREDICTED, REFERENCE
 from graincal.drawing.sight import in_sight
 from graincal.execution import number_of_workers
 from graincal.inference.sampling.posterior import PROBABILITY
-from graincal.models import TriaxialTest
+from graincal.models import StressPathTest, TriaxialTest
 from graincal.notation import numbers
 from graincal.notation.quantities import quantity
 from graincal.report.answer import answer_of, as_samples
@@ -74,7 +74,9 @@ def predict_response(result: Record, factor: float | None) -> OtherPressure | No
     if without_band:
         return _once(result, replace(found, without_band=without_band))
     drawn = _drawn(result, found, _MORE_STEPS * max(1.0, costs.max()))
-    return replace(found, missing=f"It could not be simulated: {drawn}") if isinstance(drawn, str) else replace(found, drawn=drawn)
+    if isinstance(drawn, str):
+        return _once(result, replace(found, without_band=f"It is one run and has no band: {drawn}"))
+    return replace(found, drawn=drawn)
 
 
 def _costs(result: Record, found: OtherPressure) -> Array:
@@ -227,7 +229,7 @@ def _caption(prediction: OtherPressure, pressure: str) -> str:
         lost = f" {numbers.count(failed, 'more run')} failed." if failed else ""
         return (
             f"A prediction, not a confirmation: simulations at {pressure}, everything else as in {name}. {confirmed}. "
-            f"{drawn.band_in_words(tuple(prediction.experiment.reference.measured), PROBABILITY)}{_of_packings(prediction.test)}{lost}"
+            f"{drawn.band_in_words(tuple(prediction.experiment.reference.measured), PROBABILITY)}{of_packings(prediction.test)}{lost}"
         )
     return (
         f"A prediction, not a confirmation: one simulation of sample {prediction.candidate.sample} at {pressure}, everything else as in {name}. "
@@ -235,5 +237,6 @@ def _caption(prediction: OtherPressure, pressure: str) -> str:
     )
 
 
-def _of_packings(test: TriaxialTest) -> str:
+def of_packings(test: StressPathTest) -> str:
+    """What of packings is not in a band, as a sentence after others; nothing where the runs are on several."""
     return " What other packings of the same soil would add is not in it." if len(test.packings) == 1 else ""

@@ -50,7 +50,7 @@ class Server(ThreadingHTTPServer):
 
     @property
     def link(self) -> str:
-        """The address to open, with the token: where every address of this machine is listened at, by its name, which leads here from others too."""
+        """The address to open, with the token: where every address of this machine is listened at, by its name, which others have to know."""
         host, port = str(self.server_address[0]), self.server_address[1]
         host = socket.gethostname() if host in ("0.0.0.0", "::") else host
         return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={self.access.token}"

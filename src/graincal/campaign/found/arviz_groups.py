@@ -80,8 +80,8 @@ def to_arviz(result: Record, emulated: Emulated | None) -> Any:
     """
     try:
         import arviz as az
-    except ImportError:
-        raise not_installed("to_arviz", "ArviZ", "notebook") from None
+    except ImportError as error:
+        raise not_installed("to_arviz", "ArviZ", "notebook", error) from None
     found = groups(result, emulated)
     held = {"coords": found.coords, "dims": found.dims}
     tree = az.from_dict(**found.data, **held) if hasattr(az, "InferenceData") else az.from_dict(found.data, **held)
@@ -105,5 +105,6 @@ def _responses(result: Record, number: int, rows: NDArray[np.intp]) -> NDArray[n
     """What samples of the last iteration with weights gave in an experiment, at the rows of its reference: (len(rows), T, J)."""
     samples, drawn = _last_weighted(result).samples, np.unique(rows)
     given = [response for row in drawn if isinstance(response := result.response(int(samples.ids[row]), number), Response)]
+    assert len(given) == len(drawn), "what carries weight has a response"
     met = result.experiments[number].observables_of(given)
     return met[np.searchsorted(drawn, rows)]

@@ -22,8 +22,8 @@ def to_dataframe(result: Record) -> DataFrame:
     """
     try:
         import pandas as pd
-    except ImportError:
-        raise not_installed("to_dataframe", "pandas", "notebook") from None
+    except ImportError as error:
+        raise not_installed("to_dataframe", "pandas", "notebook", error) from None
     pairs = [f"error: {experiment.name}: {name}" for experiment in result.experiments for name in experiment.reference.names]
     columns = {round_of(result.calibration.method): result.iteration}
     columns |= dict(zip(result.space.names, result.samples.T))

@@ -30,8 +30,8 @@ def export_netcdf(result: Record, emulated: Emulated | None, folder: Path, *, re
     try:
         import h5netcdf  # noqa: F401
         import xarray
-    except ImportError:
-        raise not_installed("export --to netcdf", "xarray and h5netcdf", "netcdf") from None
+    except ImportError as error:
+        raise not_installed("export --to netcdf", "xarray and h5netcdf", "netcdf", error) from None
     path = folder / FILE
     if path.exists() and not replace:
         raise InputError(f"{path}: this file is there already and is not overwritten; name another folder.")

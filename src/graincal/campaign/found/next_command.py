@@ -13,6 +13,11 @@ _CANNOT_GO_ON = ("failures", "effective_sample_size", "proposal")
 """What ends a campaign that no command goes on with: it has to be begun again by another calibration file."""
 
 
+def what_it_does(stopped_by: str | None) -> str:
+    """What `next_command` does, as it stands before the command: `go on with`, `begin again by`."""
+    return "begin again by" if stopped_by in _CANNOT_GO_ON else "go on with"
+
+
 def going_on(folder: str | os.PathLike[str]) -> str:
     """The command that goes on with a campaign that was interrupted."""
     return f"graincal resume {shlex.quote(os.fspath(folder))}"

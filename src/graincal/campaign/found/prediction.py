@@ -52,7 +52,8 @@ class Prediction:
 
     def interval(self, name: str, probability: float = 0.9) -> NDArray[np.float64]:
         """The central interval of the responses at each state, (2, T); measurement errors are not in it."""
-        return np.quantile(self._values(name), [(1 - probability) / 2, (1 + probability) / 2], axis=0)
+        # As `central_interval` has it without errors.
+        return np.quantile(self._values(name), [(1 - probability) / 2, (1 + probability) / 2], axis=0, method="averaged_inverted_cdf")
 
     def measured_interval(self, name: str, probability: float = 0.9) -> NDArray[np.float64]:
         """The central interval of what a test would measure at each state, (2, T): of the responses, each with its measurement error. That of the responses alone for a name without an error (`with_errors`).

@@ -18,6 +18,7 @@ from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.found.answer import Answer, Candidate
 from graincal.campaign.found.packings import TROUBLE
 from graincal.campaign.found.replay import knowledge, runs_at_answer
+from graincal.campaign.found.scatter import Scatter, scatter_of
 from graincal.campaign.stored.code import CHANGED
 from graincal.campaign.stored.database import said_of_damage
 from graincal.campaign.stored.learnt import Learnt
@@ -221,6 +222,11 @@ class Record:
         if runs_at_answer(last.samples, self.space):
             return Answer(last.samples.theta[0], last.samples.ids, last.errors)
         return Answer(self.found.answer, np.empty(0, dtype=np.int64), np.empty(0)) if self.found else None
+
+    @cached_property
+    def scatter(self) -> Scatter | None:
+        """What the runs at the answer differ by, beside what the emulator misses; None where that is not known."""
+        return scatter_of(self)
 
     @property
     def log_evidence(self) -> float:

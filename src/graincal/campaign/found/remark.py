@@ -97,6 +97,7 @@ EXCLUSIVE: frozenset[frozenset[str]] = frozenset(
     | _pairs(("answer-far",), ("errors-too-large",))
     | _pairs(("answer-not-run",), ("answer-runs", "answer-runs-alike", "answer-runs-failed", "answer-is-best", "another-is-closer"))
     | _pairs(("answer-is-best",), ("another-is-closer",), ("best-by-chance",))
+    | _pairs(("runs-scatter",), ("answer-runs-alike", "answer-not-run", "emulator-rough"))
     | _pairs(("fits-about-as-well",), ("few-fit-about-as-well",))
     | _pairs(("nothing-found",), ("too-few-responses",))
     | _pairs(("nothing-found", "too-few-responses"), (*IDENTIFIED, "interval-so-far", "answer", "settled"))

@@ -85,7 +85,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "failures": counts["failed"],
         "failure_kinds": _failure_kinds(store),
         "stopped": counts["stopped"],
-        "first_look": status(folder / LOOK) | {"seconds_to_end": None} if holds_campaign(folder / LOOK) else None,
+        "first_look": status(folder / LOOK) | {"seconds_to_end": None, "next_command": None} if holds_campaign(folder / LOOK) else None,
         **({"by_hand": left} if hand else {}),
         "iteration": _under_way(store),
         "iterations": _iterations(result) if result else [],

@@ -73,7 +73,7 @@ def doubts(result: Record, found: Found, answer: Answer, known: ByEmulators | No
 
 def conditions(result: Record, found: Found) -> list[Remark]:
     """What the posterior takes for granted."""
-    said, packings = _scatter(found), _packings(result)
+    said, packings = _scatter(result), _packings(result)
     for number, code, (these, one) in ((1, "one-packing", ("this packing", "one packing")), (2, "two-packings", ("these two packings", "two"))):
         names = [each.name for each, count, _ in packings if isinstance(each.model, StressPathTest) and not count and len(each.model.packings) == number]
         if names:
@@ -88,18 +88,23 @@ def conditions(result: Record, found: Found) -> list[Remark]:
     return said
 
 
-def _scatter(found: Found) -> list[Remark]:
-    """That runs at one place differ, where that is most of what the emulator misses held-out runs by: more runs do not change it."""
-    worst = int(np.argmax(found.held_out))
-    if not found.scatters or found.held_out[worst] <= ROUGH:
+def _is_scatter(result: Record) -> bool:
+    """Whether the emulator misses held-out runs by much, and that is for the most part what runs at one place differ by."""
+    found = result.found
+    return found is not None and max(found.held_out) > ROUGH and result.scatter is not None and result.scatter.is_most
+
+
+def _scatter(result: Record) -> list[Remark]:
+    """That runs at one place differ, where that is most of what the emulator misses held-out runs by: no emulator misses them by less."""
+    if not _is_scatter(result) or result.scatter is None:
         return []
-    scatter, held_out = found.scatter[worst], found.held_out[worst]
+    of_runs, missed = result.scatter
     text = (
-        f"Runs at the same parameters differ by {100 * scatter * found.spread[worst]:.2g} % of the peak (sd, in the mean over the states): the simulator scatters, as few grains do, and "
-        f"that is most of the {100 * held_out:.2g} % of the spread of the responses by which the emulator misses held-out runs. The posterior is that of the mean of such runs, "
-        "which takes more runs to be known. More grains scatter less."
+        f"The runs at the answer differ by {100 * of_runs:.2g} % of the peak (sd, in the mean over the states): the simulator scatters, as few grains do. That is most of the "
+        f"{100 * missed:.2g} % of the peak by which the emulator misses held-out runs, and no emulator misses them by less. The posterior is of the mean of such runs: the more they scatter, the more "
+        "of them it takes."
     )
-    return [remark("runs-scatter", text, scatter_of_peak=scatter * found.spread[worst], scatter=scatter, held_out_error=held_out)]
+    return [remark("runs-scatter", text, scatter=of_runs, missed=missed)]
 
 
 def accepted_problems(accepted: Sequence[Doubt]) -> tuple[Remark, ...]:
@@ -162,7 +167,7 @@ def _of_emulator(result: Record, found: Found, known: ByEmulators | None) -> lis
     if not found.predicts:
         text = "The emulator predicts held-out runs no better than their mean does: what is said here of the parameters cannot be relied on."
         said.append(remark("emulator-predicts-nothing", text, held_out_ratio=found.held_out_ratio))
-    elif worst > ROUGH and not found.scatters:
+    elif worst > ROUGH and not _is_scatter(result):
         # Fresh runs have shown that a settled posterior is not in the wrong place, and one that is surer than it should be does not widen the intervals enough.
         then = "Intervals may be in the wrong place for it." if too_sure else "Intervals are wider for it, and may be in the wrong place."
         then = "Fresh runs confirmed the posterior nevertheless." if settled else then
@@ -214,7 +219,7 @@ def _of_errors(result: Record, found: Found, answer: Answer, known: ByEmulators)
     away = f"The answer is {numbers.value(mean, 3)} % from the reference"
     if mean > FAR * expected:
         text = (
-            f"{away}, and {cause} alone lead to {expected:.2g} %: {'its runs scatter, or ' if found.scatters else ''}the model cannot reproduce the test that well, "
+            f"{away}, and {cause} alone lead to {expected:.2g} %: {'its runs scatter, or ' if _is_scatter(result) else ''}the model cannot reproduce the test that well, "
             "or the errors are too small as they are stated or taken, or the answer lies where the emulator is wrong. "
             + (
                 "The intervals allow for a discrepancy of the model."

@@ -43,11 +43,6 @@ class Progress(Listener):
             self._live.__enter__()
         return self
 
-    @property
-    def begun(self) -> bool:
-        """Whether a campaign is under way, and not only asked for."""
-        return bool(self._of)
-
     def __exit__(self, *exception: Any) -> None:
         if self._live:
             self._live.__exit__(*exception)

@@ -17,6 +17,7 @@ from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.doubts import doubts, thinning_notes
 from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.found.first_look import first_look_of
+from graincal.campaign.found.next_command import going_on
 from graincal.campaign.found.runs import known_runs
 from graincal.campaign.run.campaign import CURVES, Campaign
 from graincal.campaign.run.claiming import claim
@@ -251,6 +252,8 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
     except BaseException as error:
         with suppress(FolderError):
             log.write(f"Breaks off: {str(error) or type(error).__name__}")
+        if isinstance(error, InputError) and store.folder is not None:
+            error.args = (f"{error}\nAll that was finished is stored; when this is mended, go on with:\n  {going_on(store.folder)}",)
         raise
 
 

@@ -21,12 +21,11 @@ class HeldOut:
     """Each evaluation as predicted from the others, by kernels and components of all.
 
     error (N,): root mean square of predicted minus found, over that of the curves about their mean. of_mean (N,): the same, were each predicted by the mean of
-    all. scatter: how much of the error runs at one place differ by themselves, over the same. spread: the root mean square of the curves about their mean, in parts of the reference's peaks. within (N, q): whether each component lies in its 90 % interval, nugget included.
+    all. spread: the root mean square of the curves about their mean, in parts of the reference's peaks. within (N, q): whether each component lies in its 90 % interval, nugget included.
     """
 
     error: NDArray[np.float64]
     of_mean: NDArray[np.float64]
-    scatter: float
     spread: float
     within: NDArray[np.bool_]
 
@@ -201,8 +200,7 @@ class Emulator:
         # What was widened is the variance of the mean; another run scatters about that as before.
         deviations = np.sqrt(self.inflation * (deviations**2 - self.nuggets) + self.nuggets)
         error = np.sqrt(np.sum((errors * self._size) ** 2, axis=1))
-        scatter = float(np.sqrt(np.sum(self.nuggets * self._size**2)))
-        return HeldOut(error / self._total, self._from_mean / self._total, scatter / self._total, float(self._total), np.abs(errors) <= 1.6449 * deviations)
+        return HeldOut(error / self._total, self._from_mean / self._total, float(self._total), np.abs(errors) <= 1.6449 * deviations)
 
 
 def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from graincal.data import Reference
+from graincal.data import InputError, Reference
 from graincal.inference.likelihood.error_model import mean_variances
 
 # Halvings of the bracket of a quantile: to rounding.
@@ -22,7 +22,10 @@ def central_interval(means: NDArray[np.float64], deviations: NDArray[np.float64]
     """The central interval, (2, ...), of an equal mixture of K normal distributions, by its distribution function; means and standard deviations (K, ...).
 
     Without deviations its ends are the quantiles of the means: those that leave equal shares of them beyond, and the middle between two where either would. NaN where a mean is.
+    Raises InputError for a probability that is not between 0 and 1.
     """
+    if not 0 < probability < 1:
+        raise InputError(f"an interval's probability must be between 0 and 1, not {probability!r}.")
     ends = [[_quantile(means, deviations, end + beside) for beside in (-_BESIDE, _BESIDE)] for end in ((1 - probability) / 2, (1 + probability) / 2)]
     return np.mean(ends, axis=1)
 
@@ -36,24 +39,30 @@ def measured_deviations(
     the slopes are those of the mean response, and nothing is of what `like` measured. NaN at the rows at which a mean response is.
     Raises InputError for control values that do not increase.
     """
-    names = [name for name in like.names if name in responses]
-    if not names:
-        return {}
-    values = np.stack([responses[name] for name in names], axis=2)
-    known = np.isfinite(values).all(axis=(0, 2))
-    found = np.full(values.shape, np.nan)
-    if known.any():
-        expected = Reference(
-            control[known],
-            dict(zip(names, values[:, known].mean(axis=0).T)),
-            {name: like.variance_shares[name] for name in names},
-            {name: error for name, error in like.measurement_errors.items() if name in names},
-            control_name=control_name,
-            control_step=like.control_step if like.control_name == control_name else 0.0,
-            simulated=like.simulated,
-        )
-        found[:, known] = np.sqrt(mean_variances(expected, discrepancy, values[:, known]))
-    return dict(zip(names, np.moveaxis(found, 2, 0)))
+    return {name: _deviations_of(name, control, responses[name], like, control_name, discrepancy) for name in like.names if name in responses}
+
+
+def _deviations_of(
+    name: str, control: NDArray[np.float64], responses: NDArray[np.float64], like: Reference, control_name: str, discrepancy: bool | None
+) -> NDArray[np.float64]:
+    """Those of one observable, (K, T)."""
+    known, found = np.isfinite(responses).all(axis=0), np.full(responses.shape, np.nan)
+    if not known.any():
+        return found
+    # The others are there for their shares alone, by which errors are taken where none are stated; whatever their values are.
+    place, values = like.names.index(name), np.ones((len(responses), int(known.sum()), len(like.names)))
+    values[:, :, place] = responses[:, known]
+    expected = Reference(
+        control[known],
+        dict(zip(like.names, values.mean(axis=0).T)),
+        like.variance_shares,
+        like.measurement_errors,
+        control_name=control_name,
+        control_step=like.control_step if like.control_name == control_name else 0.0,
+        simulated=like.simulated,
+    )
+    found[:, known] = np.sqrt(mean_variances(expected, discrepancy, values))[:, :, place]
+    return found
 
 
 def _quantile(means: NDArray[np.float64], deviations: NDArray[np.float64], probability: float) -> NDArray[np.float64]:

@@ -44,8 +44,7 @@ class Found:
     explored: weighted samples of the posterior. answer (n,): where the log likelihood expected under the errors of measurement alone is the largest, so that neither a response that is known to be
     poor nor one that may be anything is the answer.
     held_out (E,): the emulators' error near the posterior where each evaluation is predicted from the others, as a part of the spread of the responses; of_mean (E,): the
-    error there if each were predicted by the mean of all. scatter (E,): how much runs at one place differ, in the same parts of the spread of the responses; spread (E,): that, in parts of the reference's
-    peaks; () in what was stored before they were looked at.
+    error there if each were predicted by the mean of all. spread (E,): that of the responses, in parts of the reference's peaks; () in what was stored before it was looked at.
     weights (N,): of the evaluations themselves, zero where they carry none;
     effective_runs and pareto_k tell what they are good for; log_evidence_of_runs is by them alone. coverage: how much of the components of
     the evaluations nearest to the reference lies in their 90 % intervals. dropped: the part of the
@@ -67,7 +66,6 @@ class Found:
     kernels: tuple[Kernels, ...]
     cheaper: tuple[Kernels, ...]
     of_impossible: tuple[Kernel, ...]
-    scatter: tuple[float, ...]
     spread: tuple[float, ...]
 
     @cached_property
@@ -89,12 +87,6 @@ class Found:
     def held_out_ratio(self) -> float:
         """The held-out error over that of the mean of all, of the worst experiment."""
         return max(error / of_mean if of_mean else 0.0 for error, of_mean in zip(self.held_out, self.of_mean))
-
-    @property
-    def scatters(self) -> bool:
-        """Whether most of the held-out error, of the experiment where it is the largest, is what runs at one place differ by: no emulator misses them by less."""
-        worst = int(np.argmax(self.held_out))
-        return bool(self.scatter) and self.scatter[worst] ** 2 > 0.5 * self.held_out[worst] ** 2
 
     @property
     def predicts(self) -> bool:
@@ -180,7 +172,6 @@ def emulate(
         kernels=tuple(emulator.kernels for emulator in emulators),
         cheaper=tuple(emulator.kernels for emulator in cheaper or ()),
         of_impossible=() if impossible is None else (impossible.kernel,),
-        scatter=tuple(each.scatter for each in held_out),
         spread=tuple(each.spread for each in held_out),
         emulators=emulators,
         likelihoods=likelihoods,

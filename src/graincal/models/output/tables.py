@@ -117,8 +117,8 @@ def _of_npz(content: Path | bytes, name: str) -> Columns:
 def _of_hdf5(content: Path | bytes, name: str) -> Columns:
     try:
         import h5py
-    except ModuleNotFoundError:
-        raise not_installed(f"{name}: an HDF5 file", "h5py", "hdf5") from None
+    except ImportError as error:
+        raise not_installed(f"{name}: an HDF5 file", "h5py", "hdf5", error) from None
     names: list[str] = []
 
     def look(path: str, node: object) -> None:
