@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from campaign.hyperbola import write_calibration
 
 from graincal.campaign.asked.doubt import CODES, LEVELS, Doubt
 from graincal.campaign.file import laboratory_evidence
@@ -177,3 +178,13 @@ def test_a_stress_ratio_is_not_made_with_a_pressure_that_is_open(tmp_path):
 def test_what_else_is_wrong_is_said_beside_questions(tmp_path):
     found = examine(write(tmp_path, DRAINED, {}, (*NO_PRESSURE, ("workers = 1", "wokers = 1"))))
     assert len(found.questions) == 1 and any("wokers is not a key" in each.sentence for each in found.notes)
+
+
+def test_a_function_is_run_once_where_that_is_asked_for(call, tmp_path):
+    file = write_calibration(tmp_path)
+    assert "The first sample in" not in call("check", file).out
+    ran = call("check", file, "--run", "--plot", tmp_path / "first.png")
+    assert ran.code == 0 and 'The first sample in "drained"' in ran.out and "and the run of the first sample drawn to" in ran.out
+    (tmp_path / "soil.py").write_text("def respond(theta):\n    raise ArithmeticError('no equilibrium')\n")
+    failed = call("check", file, "--run")
+    assert failed.code != 0 and "no equilibrium" in failed.out

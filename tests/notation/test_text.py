@@ -16,3 +16,9 @@ def test_commands_and_words_longer_than_a_line_stay_whole():
     command = "  graincal resume campaign --max-evaluations 120"
     assert between_words(f"Go on with:\n{command}", 20) == f"Go on with:\n{command}"
     assert between_words("in /a/folder/with-a-very/long-name.csv", 10) == "in\n  /a/folder/with-a-very/long-name.csv"
+
+
+def test_a_command_at_the_end_of_a_line_stays_whole():
+    said = "this calibration was begun here before, go on with it by: graincal resume '/home/some one/a long folder'"
+    *prose, command = between_words(said, 40).split("\n")
+    assert command == "  graincal resume '/home/some one/a long folder'" and all(len(line) <= 40 for line in prose) and prose[-1].endswith("by:")

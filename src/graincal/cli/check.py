@@ -32,7 +32,7 @@ def check(
         bool,
         typer.Option(
             "--run",
-            help="Where a model is a program: run the first sample, and draw what was read beside the reference, in FILE of --plot too. Without it no program is run.",
+            help="Where a model is a program or a function of Python: run the first sample, and draw what it gave beside the reference, in FILE of --plot too. Without it no program is run.",
         ),
     ] = False,
     as_json: Annotated[
@@ -67,9 +67,16 @@ def check(
     if plot is not None:
         _draw(found, plot, responses, quiet=as_json)
     if not as_json and found.calibration:
-        _say_expectation(found.calibration, sum(each.details.get("seconds", 0.0) for each in responses.values()) if len(responses) == len(outcomes) else 0.0)
+        _say_expectation(found.calibration, _of_programs(found.calibration, responses) if len(responses) == len(outcomes) else 0.0)
     if not found.is_clear or len(responses) < len(outcomes):
         raise typer.Exit(UNANSWERED)
+
+
+def _of_programs(calibration: Calibration, responses: Mapping[int, Response]) -> float:
+    """Seconds that the first sample took in programs, which are not timed otherwise."""
+    from graincal.models import CommandModel
+
+    return sum(each.details.get("seconds", 0.0) for number, each in responses.items() if isinstance(calibration.experiments[number].model, CommandModel))
 
 
 def _run_first(found: Examination, *, run: bool) -> Mapping[int, Response | Failure]:

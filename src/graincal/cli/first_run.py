@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import shlex
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from graincal.campaign import Calibration, Experiment
 from graincal.cli.saying import say
 from graincal.data import Failure, Reference, Response, Samples
-from graincal.models import CommandModel
+from graincal.models import CommandModel, PythonModel
 from graincal.models.command.folders import PRINTED
 from graincal.models.command.work import COLOURS, PRINTED_LAST
 from graincal.notation.printable import printable
@@ -40,7 +40,7 @@ def say_inputs(calibration: Calibration) -> None:
 
 def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
     """Run the first sample, and show what was read beside the reference. What the runs came to, by the numbers of their experiments."""
-    found = {}
+    found: dict[int, Response | Failure] = dict(_run_functions(calibration))
     for number, (experiment, program) in _programs(calibration).items():
         folder = Path(tempfile.mkdtemp(prefix="graincal-check-"))
         model = replace(program, folders=replace(program.folders, root=folder, keep="all"))
@@ -58,6 +58,19 @@ def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
             lines += _beside(experiment.reference, outcome)
         say("\n".join(lines), prose=False)
     return found
+
+
+def _run_functions(calibration: Calibration) -> Iterator[tuple[int, Response | Failure]]:
+    """The first sample by each function of Python, and what it came to."""
+    for number, experiment in enumerate(calibration.experiments):
+        if isinstance(experiment.model, PythonModel):
+            sample = _first(calibration, number)
+            ((_, outcome),) = experiment.evaluate(sample, workers=1)
+            failed = isinstance(outcome, Failure)
+            beside = [f"  failed, {outcome.kind}: {outcome.reason}"] if isinstance(outcome, Failure) else _beside(experiment.reference, outcome)
+            took = f" took {duration(outcome.details['seconds'])}" if "seconds" in outcome.details else ""
+            say("\n".join([f'The first sample in "{experiment.name}"{took}: {_parameters(sample)}', *beside]), prose=failed)
+            yield number, outcome
 
 
 def _programs(calibration: Calibration) -> dict[int, tuple[Experiment, CommandModel]]:

@@ -87,7 +87,7 @@ def draw(figure: Figure, on: matplotlib.figure.Figure | None = None) -> matplotl
         axes.set_axis_off()
     if figure.key:
         handles = [_handle(mark) for mark in figure.key]
-        drawn.legend(handles=handles, loc="outside lower center", ncols=max(1, min(len(handles), 2 * columns)), handlelength=2.2)
+        drawn.legend(handles=handles, loc="outside lower center", ncols=max(1, min(len(handles), columns if columns > 1 else 2)), handlelength=2.2)
     return drawn
 
 

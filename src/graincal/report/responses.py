@@ -20,6 +20,8 @@ from graincal.notation.quantities import quantity
 from graincal.positions import legs
 from graincal.report.answer import answer_of, errors_of, recorded_errors_of
 
+MANY_POINTS = 100
+"""Points of a reference, from which they are drawn smaller."""
 NOT_FITTED = ", not fitted"
 UNSEEN = "What is not fitted was measured in the same test, and the calibration did not see it."
 _ANISOTROPIES = ("a_c", "a_n", "a_t")
@@ -57,6 +59,9 @@ def side_by_side(result: Record) -> int:
 def measured_points(experiment: Experiment, name: str, x: Array) -> Points:
     """What was measured of a quantity, over x (T,): the reference, or what was recorded beside it."""
     style, words = (RECORDED, "recorded, not fitted") if name in experiment.reference.recorded else (REFERENCE, "reference")
+    if len(x) > MANY_POINTS:
+        # Rings of the usual size would hide what is drawn below them.
+        style = replace(style, size=style.size / 2)
     return Points(x, experiment.reference.measured[name] * quantity(name).scale, style, words)
 
 

@@ -69,6 +69,7 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
     hand = by_hand(store.calibration)
     left = sum(len(waiting(store, number)) for number in hand)
     counts, (timed, seconds) = store.counts(), store.took()
+    seconds_left = 0.0 if finished else _seconds_left(store, seconds / timed if timed else None)
     result = Record(store, store.calibration) if store.iterations() else None
     return {
         "folder": str(folder),
@@ -101,8 +102,8 @@ def _status(folder: Path, store: Store) -> dict[str, Any]:
         "stopped_because": store.meta("stopped_because"),
         "next_command": None if running and not finished else next_command(folder, store.calibration, store.meta("stopped_by")),
         "seconds": seconds,
-        "seconds_left": 0.0 if finished else _seconds_left(store, seconds / timed if timed else None),
-        "seconds_to_end": asdict(to_end) if running and not finished and (to_end := to_end_of(store)) else None,
+        "seconds_left": seconds_left,
+        "seconds_to_end": asdict(to_end.no_sooner(seconds_left or 0.0)) if running and not finished and (to_end := to_end_of(store)) else None,
     }
 
 

@@ -20,6 +20,10 @@ class ToEnd:
     as_most_go: float | None
     at_most: float | None
 
+    def no_sooner(self, seconds: float) -> ToEnd:
+        """The same, where the round that is under way takes so many seconds still."""
+        return ToEnd(*(None if each is None else max(each, seconds) for each in (self.as_most_go, self.at_most)))
+
     def __str__(self) -> str:
         """In words."""
         said = [f"about {duration(self.as_most_go)} as most campaigns go"] if self.as_most_go is not None else []

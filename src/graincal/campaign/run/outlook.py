@@ -37,9 +37,10 @@ class Outlook:
         """An evaluation of one sample in one experiment has ended."""
         self._ended += 1
 
-    def words(self, waiting: int) -> str:
-        """The time to the end, where so many evaluations wait of the rounds so far; nothing where it is not known."""
+    def words(self, waiting: int, left: float = 0.0) -> str:
+        """The time to the end, where so many evaluations wait of the rounds so far, and the round under way takes so many seconds still; nothing where it is not known."""
         if self._by_hand:
             return ""
         now = time.monotonic()
-        return str(self._ahead.to_end(now, now - self._began, self._ended, waiting, self._sizes.values()) or "")
+        to_end = self._ahead.to_end(now, now - self._began, self._ended, waiting, self._sizes.values())
+        return str(to_end.no_sooner(left)) if to_end else ""

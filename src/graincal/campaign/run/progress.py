@@ -100,8 +100,9 @@ class Progress(Listener):
 
     def _counts(self) -> str:
         elapsed, waiting = time.monotonic() - self._began, self._total - self._done
-        left = f", {duration(elapsed / self._done * waiting)} left in this {self._of}" if self._done and waiting else ""
-        left += f", {words}" if (words := self._outlook.words(waiting)) else ""
+        of_round = elapsed / self._done * waiting if self._done else 0.0
+        left = f", {duration(of_round)} left in this {self._of}" if of_round else ""
+        left += f", {words}" if (words := self._outlook.words(waiting, of_round)) else ""
         stopped = f", {self._stopped} stopped early" if self._stopped else ""
         return f"{self._done} of {self._total} evaluated, {self._failed} failed{stopped}{left}"
 
