@@ -35,7 +35,7 @@ PYTHON_SOURCES := src tests benchmarks examples tools
 NATIVE_SOURCES := $(shell find native -name '*.hpp' -o -name '*.cpp' -o -name '*.cu')
 
 lint: $(LINT)/.installed
-	$(LINT)/bin/ruff check $(PYTHON_SOURCES)
+	$(LINT)/bin/ruff check --no-cache $(PYTHON_SOURCES)
 	$(LINT)/bin/ruff format --check --quiet $(PYTHON_SOURCES)
 	$(LINT)/bin/clang-format --dry-run --Werror $(NATIVE_SOURCES)
 	$(LINT)/bin/mypy src/graincal

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from graincal._native import LinearLaw
 
 from graincal import Experiment, InputError, Packing, ParameterSpace, Reference, Samples, TriaxialTest
+from graincal._native import LinearLaw
 from graincal.campaign import Calibration
 from graincal.campaign.stored.store import Store
 from graincal.dem.batch import run_batch
