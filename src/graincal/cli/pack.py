@@ -31,8 +31,9 @@ def pack(
     The same request gives the same packing, which is kept in the cache folder ($GRAINCAL_CACHE, or ~/.cache/graincal/packings).
     """
     from graincal.cli.outputs import check_file
+    from graincal.cli.preparing import said_of_loose
     from graincal.dem.grading import Grading
-    from graincal.dem.preparation import comment, prepare, write_whole
+    from graincal.dem.preparation import comment, prepare, reach, write_whole
 
     check_file(output)
     packing = prepare(particles, void_ratio, grading, seed)
@@ -49,4 +50,6 @@ def pack(
                 f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back."
             )
         say(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
+        if note := said_of_loose(reach(particles, grading), void_ratio):
+            say(note)
         say(f"Written to {output}.")

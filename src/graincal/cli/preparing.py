@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from graincal.dem.preparation import Reach
 
 SEED = 1
+LOOSE = 0.15
+"""The relative density up to which spheres are said to be about the loosest."""
 
 
 def check_alone(packing: Path | None, void_ratio: float | None, relative_density: float | None, grading: str | None, particles: int | None) -> None:
@@ -50,18 +52,29 @@ def asked_preparation(relative_density: float | None, grading: str | None, parti
 
 
 def out_of_reach(void_ratio: float, preparation: Preparation) -> str:
-    """What is said of a void ratio that the grading does not pack to, or whose grains are too few; empty for one that it does."""
+    """What is said of a void ratio that the grading does not pack to or is about its loosest, or whose grains are too few; empty for others."""
     try:
         found = _reach(preparation.particles, preparation.grading)
     except InputError as error:
         return f"Note: {error}"
     if found.holds(void_ratio):
-        return ""
+        return said_of_loose(found, void_ratio)
     way = "looser" if void_ratio > found.loosest else "denser"
     return (
         f"Note: the void ratio of {void_ratio:g} is {way} than spheres of grading {preparation.grading} pack. {_found(found, preparation.particles)} "
         f"{'Real grains are no spheres, and pack looser. ' if way == 'looser' else ''}What people compare then is a packing of the same relative density, "
         "(e_max - e)/(e_max - e_min): --relative-density VALUE, from 0 to 1, gives its void ratio."
+    )
+
+
+def said_of_loose(found: Reach, void_ratio: float) -> str:
+    """What is said of a void ratio that is about the loosest of spheres, as that of many a dense sand is; empty for others."""
+    density = found.relative_density(void_ratio)
+    if density > LOOSE:
+        return ""
+    return (
+        f"Note: a void ratio of {void_ratio:g} is a relative density of {100 * max(density, 0.0):.0f} % for these spheres, about the loosest: they pack {found.in_words}. Real grains are no spheres, and pack looser. "
+        "Where your sand is denser than that, --relative-density VALUE of graincal init, from 0 to 1, gives spheres of the same density."
     )
 
 

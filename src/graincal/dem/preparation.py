@@ -75,6 +75,10 @@ class Reach:
         """The void ratio at a relative density (e_max - e)/(e_max - e_min) from 0 to 1."""
         return self.loosest - relative_density * (self.loosest - self.densest)
 
+    def relative_density(self, void_ratio: float) -> float:
+        """Of a void ratio, (e_max - e)/(e_max - e_min): 0 for the loosest, 1 for the densest, and beyond for one that cannot be packed."""
+        return (self.loosest - void_ratio) / (self.loosest - self.densest)
+
     @property
     def in_words(self) -> str:
         """Such as "between 0.559 (densest) and 0.784 (loosest)"."""
