@@ -137,7 +137,7 @@ def _say(result: Result, chosen: Experiment, prediction: Prediction, test: Stres
     say("\n".join(_describe(prediction, test, shown, reference)))
     say_if_few(len(prediction.theta) + len(prediction.failures))
     if result.has_posterior and not result.settled:
-        say("The posterior has not settled by the criterion of its shift: what it predicts may yet move, too.")
+        say("The posterior has not settled: what it predicts may yet move, too.")
 
 
 def say_what_runs(result: Result, samples: int, test: StressPathTest, name: str = "") -> None:

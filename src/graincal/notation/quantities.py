@@ -63,7 +63,7 @@ class Quantity:
         if antilog is None:
             return ""
         plain = self.raised(*values)
-        return f" ({antilog.label} {numbers.value(*plain, 3) if len(plain) == 1 else f'from {numbers.between(*plain)}'}{antilog.behind})"
+        return f" ({antilog.label} {numbers.value(plain[0], 3) if plain[0] == plain[-1] else f'from {numbers.between(*plain)}'}{antilog.behind})"
 
 
 _KNOWN = {

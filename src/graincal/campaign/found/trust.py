@@ -258,7 +258,7 @@ def _of_packings(result: Record) -> list[Remark]:
         if count and apart > UNLIKE:
             text = (
                 f"The packing of {experiment.name} is not like its {count} siblings: {apart:.2g} times as far from their mean as one more of them would be (in the mean over the states). "
-                "That is no scatter, and the parameters are those of this packing."
+                "That is no scatter, and the parameters are those of this packing. Another seed, or more grains, may give a packing that is like the others."
             )
             said.append(remark("unlike-siblings", text, experiment=experiment.name, siblings=count, apart=apart, limit=UNLIKE))
     return said
