@@ -7,6 +7,9 @@ import pytest
 from graincal.campaign import Calibration, Experiment
 from graincal.campaign.found.next_command import next_command
 from graincal.campaign.found.status import status
+from graincal.campaign.run.breaking_off import said_how_to_go_on
+from graincal.campaign.stored.store import LOOK
+from graincal.data import InputError
 
 from . import hyperbola
 from .hyperbola import write_calibration
@@ -55,6 +58,26 @@ def test_what_keeps_it_from_going_on_by_itself_says_the_command_too(call, tmp_pa
     called = call("calibrate", write_calibration(tmp_path, ("[run]", '[run]\nexecutor = "executors:gives_up"')), "-o", folder)
     assert called.code == 1 and "it gave up an evaluation" in called.err
     assert called.err.endswith(f"All that was finished is stored; when this is mended, go on with:\n  graincal resume {shlex.quote(str(folder))}\n")
+
+
+def test_a_library_that_breaks_off_says_the_command_too(call, tmp_path):
+    (tmp_path / "executors.py").write_text(GIVES_UP)
+    folder = tmp_path / "a library"
+    file = write_calibration(tmp_path, ("[run]", '[run]\nexecutor = "executors:gives_up"'))
+    called = call("explore", file, "--runs", 4, "--to", 0.15, "-o", folder)
+    assert called.code == 1 and called.err.endswith(f"go on with:\n  graincal resume {shlex.quote(str(folder))}\n")
+
+
+def test_a_first_look_leaves_the_command_to_its_campaign(call, tmp_path):
+    folder = tmp_path / "campaign"
+    assert call("calibrate", write_calibration(tmp_path), "-o", folder, "-q").code == 0
+    for of, said in (
+        (folder / LOOK, "no more workers"),
+        (folder, f"no more workers\nAll that was finished is stored; when this is mended, go on with:\n  graincal resume {folder}"),
+    ):
+        with pytest.raises(InputError) as raised, said_how_to_go_on(of):
+            raise InputError("no more workers")
+        assert str(raised.value) == said
 
 
 def test_a_library_says_how_its_runs_are_used(call, tmp_path):

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration
 from graincal.campaign.asked.experiment import Experiment, no_reference
 from graincal.campaign.asked.points import checked_points
+from graincal.campaign.run.breaking_off import said_how_to_go_on
 from graincal.campaign.run.campaign import Campaign
 from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.elsewhere import check_place
@@ -142,6 +143,11 @@ def _filling(calibration: Calibration) -> int:
 
 
 def _fill(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Path:
+    with said_how_to_go_on(store.folder):
+        return _filled(calibration, store, listeners)
+
+
+def _filled(calibration: Calibration, store: Store, listeners: Sequence[Listener]) -> Path:
     asked = store.meta(LIBRARY)
     assert store.folder is not None and asked is not None, "a library lies in a folder, and says how many runs it is to hold"
     count, space = int(asked), calibration.space

@@ -17,8 +17,8 @@ from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.file.doubts import doubts, thinning_notes
 from graincal.campaign.found.by_hand import by_hand
 from graincal.campaign.found.first_look import first_look_of
-from graincal.campaign.found.next_command import going_on
 from graincal.campaign.found.runs import known_runs
+from graincal.campaign.run.breaking_off import said_how_to_go_on
 from graincal.campaign.run.campaign import CURVES, Campaign
 from graincal.campaign.run.claiming import claim
 from graincal.campaign.run.continuing import changed_criteria, changed_keys, changed_since, edited_run, refuse_another_past, with_criteria
@@ -245,15 +245,14 @@ def _run(calibration: Calibration, store: Store, log: Log, listeners: Sequence[L
         for listener in listeners:
             listener.remark(changed)
     try:
-        return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
+        with said_how_to_go_on(store.folder):
+            return Campaign(_with_first_look(calibration, store, listeners), store, listeners).run()
     except RunsWait as waits:
         log.write(str(waits).partition("\n")[0])
         raise
     except BaseException as error:
         with suppress(FolderError):
             log.write(f"Breaks off: {str(error) or type(error).__name__}")
-        if isinstance(error, InputError) and store.folder is not None:
-            error.args = (f"{error}\nAll that was finished is stored; when this is mended, go on with:\n  {going_on(store.folder)}",)
         raise
 
 
