@@ -49,8 +49,10 @@ def engine(monkeypatch):
             response = gc.Response(response.control, {**response.values, "stress_ratio": stress}, response.details)
         return response
 
-    def on_siblings(packing, count, threads=1):
+    def on_siblings(packing, count, threads=1, prepared=lambda number: None):
         Engine.prepared += 1
+        for number in range(count):
+            prepared(number + 1)
         return [packing] * count
 
     monkeypatch.setattr(StressPathTest, "tasks", as_tasks(respond))
@@ -62,6 +64,13 @@ def calibrate(folder=None, **options):
     test = gc.TriaxialTest(frictional.packing(), 0.5e6, fixed=FIXED)
     reference = gc.Reference(frictional.STRAIN, frictional.curves(*TRUTH), measurement_errors=ERRORS)
     return gc.calibrate(test, reference, SPACE, folder=folder, **{"seed": 1, "workers": 1, "first_batch": 8, "stop": gc.Stop(max_iterations=2)} | options)
+
+
+def test_how_many_packings_are_prepared_is_said_now_and_then(engine, tmp_path, monkeypatch):
+    monkeypatch.setattr("graincal.campaign.run.packing_study.SAID_EVERY", 0.0)
+    calibrate(tmp_path / "campaign")
+    log = (tmp_path / "campaign" / "log.txt").read_text()
+    assert [f"{number} of {SIBLINGS} packings are prepared." in log for number in range(1, SIBLINGS + 1)] == [True] * SIBLINGS
 
 
 def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
@@ -97,7 +106,7 @@ def test_broken_off_within_it_a_campaign_ends_as_if_it_never_was(engine, tmp_pat
 
 
 def test_where_no_packing_can_be_prepared_that_is_said_and_left_out(engine, tmp_path, monkeypatch):
-    def out_of_reach(packing, count, threads=1):
+    def out_of_reach(packing, count, threads=1, prepared=None):
         raise InputError("particles: too few.")
 
     monkeypatch.setattr("graincal.models.stress_path.siblings", out_of_reach)

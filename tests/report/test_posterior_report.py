@@ -102,7 +102,7 @@ def test_the_first_screen_has_the_state_the_answer_and_what_informs_it(result, e
     table = first_screen.of_answer(result, emulated)
     assert table.head == ("parameter", "answer", "90 % interval so far", "informed by")
     assert [row[0] for row in table.rows] == ["φ [deg]", "ψ [deg]", "η_{m} [-]"]
-    assert [row[3] for row in table.rows] == ["stress ratio σ_{1}/σ_{3}", "volumetric strain", "nothing"]
+    assert [row[3] for row in table.rows] == ["stress ratio σ_{1}/σ_{3}", "volumetric strain", "not informed"]
     assert first_screen.of_answer(settled(result), emulated).head[2] == "90 % interval"
 
 

@@ -27,7 +27,7 @@ def draw_advice(advice: Advice, path: Path) -> None:
     gain, narrowing = figure.subplots(1, 2, sharey=True, width_ratios=(1, 1.8))
     places = np.arange(len(tests))
     gain.errorbar([each.information for each in tests], places, xerr=[each.information_error for each in tests], fmt="o", color=BLACK, markersize=4, capsize=2)
-    gain.set(xlabel="expected information gain [nats]", yticks=places, yticklabels=[to_mathtext(each.name) for each in tests], ylim=(len(tests) - 0.5, -0.5))
+    gain.set(xlabel="expected information\ngain [nats]", yticks=places, yticklabels=[to_mathtext(each.name) for each in tests], ylim=(len(tests) - 0.5, -0.5))
     gain.set_xlim(left=min(0.0, gain.get_xlim()[0]))
     for k, name in enumerate(names):
         offset = _SPREAD * ((k + 0.5) / len(names) - 0.5)
@@ -44,7 +44,7 @@ def draw_advice(advice: Advice, path: Path) -> None:
             label=to_mathtext(name.label),
         )
     narrowing.axvline(1.0, color=GREY, linewidth=0.8)
-    narrowing.set(xlabel="standard deviation after the test / now [-]")
+    narrowing.set(xlabel="standard deviation\nafter the test / now [-]")
     narrowing.set_xlim(left=0)
     for axes in (gain, narrowing):
         axes.grid(axis="x", linewidth=0.3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -22,10 +23,10 @@ def sibling_particles(packing: Packing) -> int:
     return min(packing.count, MOST_PARTICLES)
 
 
-def siblings(packing: Packing, count: int, threads: int = 1, first_seed: int = 1) -> list[Packing]:
+def siblings(packing: Packing, count: int, threads: int = 1, first_seed: int = 1, prepared: Callable[[int], None] = lambda number: None) -> list[Packing]:
     """`count` packings of the sizes of a packing's own grains, at its void ratio or the nearest that the protocol of `prepare` reaches with all of their seeds, from `first_seed` on.
 
-    They have as many grains as the packing, or MOST_PARTICLES. Prepared once, and then found in the cache of `prepare`. Raises InputError where none can be prepared.
+    They have as many grains as the packing, or MOST_PARTICLES. Prepared once, and then found in the cache of `prepare`. prepared: hears how many there are so far. Raises InputError where none can be prepared.
     """
     sizes, particles, wanted = GrainSizes(2 * packing.radii), sibling_particles(packing), packing.void_ratio
     densest, loosest = -np.inf, np.inf
@@ -33,9 +34,13 @@ def siblings(packing: Packing, count: int, threads: int = 1, first_seed: int = 1
         void_ratio = round(float(np.clip(wanted, densest, loosest)), 4)
         try:
             # One first, that what is out of reach of all is found by one.
-            first = prepare(particles, void_ratio, sizes, first_seed)
+            found = [prepare(particles, void_ratio, sizes, first_seed)]
+            prepared(1)
             with ThreadPoolExecutor(max(1, threads)) as pool:
-                return [first, *pool.map(lambda seed: prepare(particles, void_ratio, sizes, seed), range(first_seed + 1, first_seed + count))]
+                for packing in pool.map(lambda seed: prepare(particles, void_ratio, sizes, seed), range(first_seed + 1, first_seed + count)):
+                    found.append(packing)
+                    prepared(len(found))
+            return found
         except OutOfReach as reach:
             # Each seed has a range of its own, and all are to be at one void ratio.
             densest, loosest = max(densest, reach.densest + INWARDS), min(loosest, reach.loosest - INWARDS)

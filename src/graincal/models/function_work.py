@@ -85,7 +85,10 @@ class FunctionWork:
             except (TypeError, ValueError, OverflowError):
                 raise _Unusable(f"{name} is not an array of numbers.") from None
             if column.shape != self.control.shape:
-                raise _Unusable(f"{name} has the shape {column.shape}, and one value for each of the {self.control.size} control values was expected.")
+                raise _Unusable(
+                    f"{name} has the shape {column.shape}, and one value for each of the {self.control.size} control values was expected: "
+                    "those of the reference, or of `control`, which a function with values of its own states them in."
+                )
             columns[name] = column
         return columns
 

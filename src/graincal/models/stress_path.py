@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from types import MappingProxyType
@@ -164,9 +164,12 @@ class StressPathTest(Economy, Model):
         """The test on each of its packings by itself."""
         return tuple(replace(self, packing=packing, packings=()) for packing in self.packings) if len(self.packings) > 1 else (self,)
 
-    def on_siblings(self, count: int, threads: int = 1) -> StressPathTest:
-        """The test spread over `count` packings like its first, which are prepared where they are not cached: sample by sample, by the ids. Raises InputError where none can be."""
-        packings = siblings(self.first_packing, count, threads)
+    def on_siblings(self, count: int, threads: int = 1, prepared: Callable[[int], None] = lambda number: None) -> StressPathTest:
+        """The test spread over `count` packings like its first, which are prepared where they are not cached: sample by sample, by the ids.
+
+        prepared: hears how many there are so far. Raises InputError where none can be.
+        """
+        packings = siblings(self.first_packing, count, threads, prepared=prepared)
         return replace(self, packing=packings[0], packings=packings)
 
     def _check_rests(self) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class ParameterSummary:
     """One parameter. answer: of the method "posterior" the answer, else the most probable sample, and the best where there are no weights. interval: 90 %, None without a posterior.
 
-    range: of the prior. informed_by: the observable that narrows it most by itself, "all together" where none does, "nothing" where it was not narrowed; None where that is not known.
+    range: of the prior. informed_by: the observable that narrows it most by itself, "all together" where none does, "not informed" where it was not narrowed; None where that is not known.
     """
 
     parameter: str
@@ -148,7 +148,7 @@ def _informed_by(emulated: Emulated) -> tuple[str | None, ...]:
     found: list[str | None] = []
     for k, left in enumerate(emulated.shrinkage):
         if left > WEAKLY:
-            found.append("nothing")
+            found.append("not informed")
         elif not alone:
             found.append(None)
         else:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from graincal.campaign.found.packings import STUDIED, STUDY, TROUBLE, packings_told, samples_at
 from graincal.campaign.run.evaluations import Evaluations
+from graincal.campaign.stored.listener import Listener
 from graincal.data import InputError
 from graincal.inference import PosteriorFilter
 from graincal.inference.likelihood.packings import SIBLINGS
@@ -15,6 +18,9 @@ from graincal.models import StressPathTest
 
 VOID_RATIO_APART = 0.003
 """From which it is said."""
+
+SAID_EVERY = 5.0
+"""Seconds between two words on how many packings are prepared; those that are in the cache take none."""
 
 
 def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
@@ -33,7 +39,7 @@ def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
                 f"Learns what packings differ by: prepares {SIBLINGS} packings like that of {experiment.name}, where they are not there yet, and runs {len(waiting)} samples on them."
             )
         try:
-            model = own_model.on_siblings(SIBLINGS, calibration.number_of_workers)
+            model = own_model.on_siblings(SIBLINGS, calibration.number_of_workers, _say_prepared(listeners))
         except InputError as error:
             store.keep(TROUBLE.format(number), str(error))
             for listener in listeners:
@@ -48,3 +54,18 @@ def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
         evaluations.of_one(STUDY, number, waiting, replace(experiment, model=model))
     store.keep(STUDIED, "yes")
     filter.tell_packings(*packings_told(store, calibration.experiments))
+
+
+def _say_prepared(listeners: Sequence[Listener]) -> Callable[[int], None]:
+    """What tells the listeners now and then how many packings are prepared, if that takes time."""
+    said = time.monotonic()
+
+    def prepared(number: int) -> None:
+        nonlocal said
+        if time.monotonic() - said < SAID_EVERY:
+            return
+        said = time.monotonic()
+        for listener in listeners:
+            listener.remark(f"{number} of {SIBLINGS} packings are prepared.")
+
+    return prepared
