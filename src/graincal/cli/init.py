@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from graincal.campaign.file.own_simulator import OwnSimulator
 from graincal.cli.asking import Asking, in_a_terminal
 from graincal.cli.columns import Column, Compression, Measure, Rows, Sheet, Stage, Strain, first_and_last, named_columns, signs
 from graincal.cli.saying import say
@@ -57,6 +58,10 @@ def init(
         str | None, typer.Option(help="Of the packing that is prepared: toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'.")
     ] = None,
     particles: Annotated[int | None, typer.Option(min=2, help="Of the packing that is prepared; 1000 by default.")] = None,
+    model: Annotated[
+        OwnSimulator | None,
+        typer.Option(help="What runs the test, where graincal's engine does not: a function of Python, a program, YADE with your script, or you by hand."),
+    ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The calibration file to write; nothing is overwritten.", metavar="FILE")] = Path(
         "calibration.toml"
     ),
@@ -66,6 +71,7 @@ def init(
     What the file does not prove is a question: a key that says "?" until it is answered, in the file or by an option. In a terminal it is asked.
     """
     from graincal import Packing
+    from graincal.campaign.file.own_simulator import asked_without_the_engine
     from graincal.campaign.file.propose import propose, propose_unknown
     from graincal.cli.outputs import check_file
     from graincal.cli.preparing import asked_preparation, check_alone, out_of_reach
@@ -89,36 +95,43 @@ def init(
     )
     _look_at_pressure(given)
     check_alone(packing, void_ratio, relative_density, grading, particles)
+    _check_no_packing(model, {"--packing": packing, "--relative-density": relative_density, "--grading": grading, "--particles": particles})
     _known(**given)
     grains = Packing.read(packing) if packing else None
     check_file(output)
     preparation = asked_preparation(relative_density, grading, particles)
 
     def look(given: dict[str, Any]) -> Understanding:
-        return _look(file, given, grains is not None or preparation.void_ratio is not None)
+        found = _look(file, given, model is not None or grains is not None or preparation.void_ratio is not None)
+        return asked_without_the_engine(found) if model else found
 
     try:
         found = Asking(context, look, _look_at_pressure, given).understood() if in_a_terminal() else look(given)
     except NotUnderstood as refusal:
         table = read_table(file, encoding=encoding, sheet=sheet)
-        _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation))
+        _write(output, propose_unknown(table, packing=packing, folder=output.parent, preparation=preparation, simulator=model))
         _say_columns(table, refusal)
         say(f'\nWritten to {output}. Answer what says "?", then: graincal check {shlex.quote(str(output))}')
         return
-    _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation))
+    _write(output, propose(found, packing=packing, folder=output.parent, preparation=preparation, simulator=model))
     say("\n".join(describe(found)))
     if packing and grains:
         say(_compared(packing, grains, found.void_ratio))
     elif preparation.void_ratio is not None:
         say("\n".join(preparation.because))
-    elif found.void_ratio is not None and (note := out_of_reach(found.void_ratio, preparation)):
+    elif not model and found.void_ratio is not None and (note := out_of_reach(found.void_ratio, preparation)):
         say(note)
-    asked = (
-        f'Answer the {len(found.questions)} question{"s" * (len(found.questions) > 1)} where it says "?"'
-        if found.questions
-        else "Read the lines that say CHECK"
-    )
+    many = len(found.questions) > 1
+    asked = f'Answer the {len(found.questions)} question{"s" * many} where it says "?"' if found.questions else "Read the lines that say CHECK"
+    if model:
+        asked = 'Answer what says "?", of your simulator too'
     say(f"\nWritten to {output}. {asked}, then: graincal check {shlex.quote(str(output))}")
+
+
+def _check_no_packing(model: OwnSimulator | None, options: dict[str, Any]) -> None:
+    """Raise InputError for options of graincal's packings beside a simulator that has its own."""
+    if model and (given := [option for option, value in options.items() if value is not None]):
+        raise InputError(f"--model {model.value} has grains of its own, so {given[0]} cannot stand beside it.")
 
 
 def _say_columns(table: Table, refusal: NotUnderstood) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graincal.campaign.file.own_simulator import PARAMETERS as OWN_PARAMETERS
+from graincal.campaign.file.own_simulator import PRESSURE_QUESTION, RUN_TIME, OwnSimulator, needs_pressure, stresses
 from graincal.data import LONGEST_NAME, InputError, ParameterSpace
 from graincal.files import is_unicode
 from graincal.inference import DEFAULT_METHOD
@@ -39,9 +41,9 @@ _ERRORS = (
 )
 """Observables, and what is said of their errors."""
 _MEANINGS = {
-    "deviator_stress": "The stress ratio is computed from q = σ1 - σ3, with the confining pressure above.",
-    "axial_stress": "The stress ratio is computed from the effective σ1, with the confining pressure above.",
-    "half_difference_stress": "The stress ratio is computed from t = (σ1 - σ3)/2, with the confining pressure above.",
+    "deviator_stress": "The stress ratio is computed from q = σ1 - σ3, with the confining pressure.",
+    "axial_stress": "The stress ratio is computed from the effective σ1, with the confining pressure.",
+    "half_difference_stress": "The stress ratio is computed from t = (σ1 - σ3)/2, with the confining pressure.",
     "deviator_to_mean_stress": "The stress ratio is computed from q/p, in triaxial compression.",
 }
 
@@ -72,22 +74,24 @@ def propose(
     folder: str | os.PathLike[str] | None = None,
     space: ParameterSpace | None = None,
     preparation: Preparation = Preparation(),
+    simulator: OwnSimulator | None = None,
 ) -> str:
     """The text of a complete calibration.toml, to be checked and edited.
 
     `packing` (a packing file) is what the user has, `preparation` what is prepared where there is none; `folder` is where the calibration file will stand (default:
-    beside the laboratory file); `space` the parameters (default: those of Hartmann, Cheng, Thornton, 2022).
+    beside the laboratory file); `space` the parameters (default: those of Hartmann, Cheng, Thornton, 2022). `simulator`: what runs instead of graincal's engine; it has no
+    packing, and its parameters are questions.
     What the laboratory file does not decide is a key with the value "?", and a comment above it that asks.
     """
     if packing is None and preparation.void_ratio is not None:
         found = replace(found, observables=tuple("volumetric_strain" if name == "void_ratio" else name for name in found.observables))
     blocks = [
         _introduction([*describe(_by_name(found))]),
-        _parameters(space or ParameterSpace.paper()),
+        OWN_PARAMETERS if simulator else _parameters(space or ParameterSpace.paper()),
         "\n".join(_experiment(found)),
-        _model(found, packing, folder, preparation),
-        _reference(found, folder),
-        *_settings(),
+        simulator.model(found.control, found.observables) if simulator else _model(found, packing, folder, preparation),
+        _reference(found, folder, _pressure(found) if simulator else []),
+        *_settings(simulator),
     ]
     return "\n\n".join(blocks) + "\n"
 
@@ -99,6 +103,7 @@ def propose_unknown(
     folder: str | os.PathLike[str] | None = None,
     space: ParameterSpace | None = None,
     preparation: Preparation = Preparation(),
+    simulator: OwnSimulator | None = None,
 ) -> str:
     """As `propose`, for a file whose columns are not known: they are listed, and which is which is asked."""
     name = Path(table.path).name if folder is None else _relative(table.path, folder)
@@ -113,7 +118,7 @@ def propose_unknown(
     }
     blocks = [
         _introduction([*describe_table(shown), "Its columns, by number and name, with their first values:", *(f"  {line}" for line in list_columns(table))]),
-        _parameters(space or ParameterSpace.paper()),
+        OWN_PARAMETERS if simulator else _parameters(space or ParameterSpace.paper()),
         "\n".join(
             [
                 "[[experiment]]",
@@ -122,7 +127,7 @@ def propose_unknown(
                 "observables = { stress_ratio = { relative_error = 0.01 }, volumetric_strain = { measurement_error = 0.001 } }",
             ]
         ),
-        _table("experiment.model", model, said),
+        simulator.model("axial_strain", ("stress_ratio", "volumetric_strain")) if simulator else _table("experiment.model", model, said),
         "\n".join(
             [
                 "[experiment.reference]",
@@ -135,9 +140,10 @@ def propose_unknown(
                 f'strain      = "{UNANSWERED}"',
                 "# Which sign has compression: positive or negative?",
                 f'compression = "{UNANSWERED}"',
+                *([PRESSURE_QUESTION, f'confining_pressure = "{UNANSWERED}"'] if simulator else []),
             ]
         ),
-        *_settings(),
+        *_settings(simulator),
     ]
     return "\n\n".join(blocks) + "\n"
 
@@ -156,11 +162,11 @@ def _introduction(lines: list[str]) -> str:
     return "\n".join(f"# {printable(line)}".rstrip() for line in [*head, *("  " + line for line in lines)])
 
 
-def _settings() -> list[str]:
+def _settings(simulator: OwnSimulator | None) -> list[str]:
     return [
         f'[filter]\n# "iterative-bayesian" is the method of Hartmann, Cheng, Thornton (2022): more runs, and no probabilities.\nmethod = "{DEFAULT_METHOD}"',
         "[stop]\n# It ends where the posterior has settled. A limit of your own ends it sooner; graincal resume goes on with more:\n# max_evaluations = 300",
-        '[run]\nworkers = "all"\nseed    = 1',
+        '[run]\nworkers = "all"\nseed    = 1' + (f"\n{RUN_TIME}" if simulator else ""),
     ]
 
 
@@ -260,6 +266,13 @@ def _model(found: Understanding, packing: str | os.PathLike[str] | None, folder:
     return _table("experiment.model", keys, {key: [*_asks(found, key), *remarks.get(key, ())] for key in keys})
 
 
+def _pressure(found: Understanding) -> list[str]:
+    """The confining pressure in the reference's table, for a stress ratio that is computed with it; no lines where none is."""
+    if not any(question.key == "confining_pressure" for question in found.questions):
+        return [f"confining_pressure = {found.confining_pressure:.8g}"] if found.confining_pressure and needs_pressure(found) else []
+    return [*_asks(found, "confining_pressure"), f"confining_pressure = {_quote(UNANSWERED)}"]
+
+
 def _grains(found: Understanding, folder: str | os.PathLike[str] | None, preparation: Preparation) -> tuple[dict[str, list[str]], dict[str, Any]]:
     """A packing to prepare: what is said of its keys, and the keys."""
     asked = any(question.key == "void_ratio" for question in found.questions)
@@ -284,7 +297,8 @@ def _packing(packing: str | os.PathLike[str], folder: str | os.PathLike[str] | N
     return str(packing) if folder is None else _relative(packing, folder)
 
 
-def _reference(found: Understanding, folder: str | os.PathLike[str] | None) -> str:
+def _reference(found: Understanding, folder: str | os.PathLike[str] | None, pressure: list[str]) -> str:
+    """pressure: the lines of the confining pressure, where the model's table does not say it."""
     path, known = Path(found.table.path), found.known
     lines = ["[experiment.reference]", f"file        = {_quote(path.name if folder is None else _relative(path, folder))}"]
     if found.table.sheet and known.sheet is not None:
@@ -299,13 +313,14 @@ def _reference(found: Understanding, folder: str | os.PathLike[str] | None) -> s
     if found.zero:
         lines += ["# Strains count from the first row that is read.", f"zero        = {_value(list(found.zero))}"]
     if found.control != "position":
-        lines += [f"# {_MEANINGS[name]}" for name in found.columns if name in _MEANINGS and "stress_ratio" in found.observables and len(_stresses(found)) == 1]
+        lines += [f"# {_MEANINGS[name]}" for name in found.columns if name in _MEANINGS and "stress_ratio" in found.observables and len(stresses(found)) == 1]
     lines.append(f"columns     = {_inline(found.columns)}")
     lines += [*_asks(found, "units"), f"units       = {_inline(found.units)}"]
     if found.strain:
         lines += [*_asks(found, "strain"), f"strain      = {_measure(found.strain)}"]
     if found.compression:
         lines += [*_asks(found, "compression"), f"compression = {_inline(found.compression)}"]
+    lines += pressure
     for key, size, unit in (("sample_volume", found.sample_volume, "m3"), ("sample_height", found.sample_height, "m")):
         if size:
             lines += [f"# Of the sample when its change is 0, in {unit}, as the file says.", f"{key} = {size:.8g}"]
@@ -317,10 +332,6 @@ def _reference(found: Understanding, folder: str | os.PathLike[str] | None) -> s
             "# until       = 0.1",
         ]
     return "\n".join(lines)
-
-
-def _stresses(found: Understanding) -> list[str]:
-    return [name for name in found.columns if name.endswith("stress") or name == "pore_pressure"]
 
 
 def _measure(strain: Mapping[str, str]) -> str:

@@ -1,0 +1,101 @@
+"""What graincal init writes for a simulator of the user's own."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from graincal.campaign.file.own_simulator import OwnSimulator
+
+LAB = "axial strain [%],q [kPa],volumetric strain [%]\n" + "".join(
+    f"{100 * strain:.2f},{100 * 2.5 * strain / (0.005 + strain):.3f},{100 * (0.1 * strain * np.exp(-strain / 0.02) - 0.2 * strain**2):.4f}\n"
+    for strain in np.linspace(0, 0.1, 11)
+)
+KNOWN = ("--strain", "logarithmic", "--compression", "volumetric_strain=positive", "--confining-pressure", "1e5")
+PROGRAM = """
+import sys
+strength = float(sys.argv[1])
+with open("curve.csv", "w") as curve:
+    print("eps,ratio,ev", file=curve)
+    for percent in range(11):
+        print(percent, 1 + strength * percent / (0.5 + percent), 0.0, sep=",", file=curve)
+"""
+ANSWERED = {
+    'parameter_1 = { range = "?" }': "strength = { range = [1, 5] }",
+    'function   = "?"': 'function   = "model:respond"',
+    'command    = "?"': 'command    = ["python3", "simulate.py", "{{ strength }}"]',
+    '# link       = ["simulate.py"]': 'link       = ["simulate.py"]',
+    'script     = "?"': 'script     = "simulate.py"',
+    'table      = "?"': 'table      = ["strength"]',
+    'file       = "?"': 'file       = "curve.csv"',
+    '{ axial_strain = "?", stress_ratio = "?", volumetric_strain = "?" }': '{ axial_strain = "eps", stress_ratio = "ratio", volumetric_strain = "ev" }',
+}
+
+
+@pytest.fixture
+def lab(tmp_path):
+    (tmp_path / "lab.csv").write_text(LAB)
+    (tmp_path / "simulate.py").write_text(PROGRAM)
+    (tmp_path / "model.py").write_text(
+        "import numpy as np\n"
+        "E = np.linspace(0, 0.1, 11)\n"
+        "def respond(theta):\n"
+        "    return {'stress_ratio': 1 + theta[0] * E / (0.005 + E), 'volumetric_strain': 0 * E}\n"
+    )
+    return tmp_path / "lab.csv"
+
+
+@pytest.mark.parametrize("model", [each.value for each in OwnSimulator])
+def test_the_file_can_be_checked_as_soon_as_its_questions_are_answered(call, lab, model):
+    file = lab.with_name("calibration.toml")
+    called = call("init", lab, "--model", model, *KNOWN, "-o", file)
+    assert called.code == 0 and "of your simulator too" in called.out, called.err
+    text = file.read_text(encoding="utf-8")
+    asked = call("check", file)
+    assert asked.code == 2 and "parameters.parameter_1.range is an open question" in asked.out and "kind" not in asked.out
+    for question, answer in ANSWERED.items():
+        text = text.replace(question, answer)
+    assert '= "?"' not in text
+    file.write_text(text, encoding="utf-8")
+    checked = call("check", file)
+    assert checked.code == 0, checked.out + checked.err
+    reference = tomllib.loads(text)["experiment"][0]["reference"]
+    assert reference["confining_pressure"] == 1e5
+
+
+def test_what_was_proposed_of_a_program_runs(call, lab):
+    file = lab.with_name("calibration.toml")
+    call("init", lab, "--model", "command", *KNOWN, "-o", file)
+    text = file.read_text(encoding="utf-8")
+    for question, answer in ANSWERED.items():
+        text = text.replace(question, answer)
+    file.write_text(text.replace('axial_strain = "eps"', "axial_strain = { column = 'eps', unit = '%' }"), encoding="utf-8")
+    checked = call("check", file, "--run")
+    assert checked.code == 0 and "error" in checked.out, checked.out + checked.err
+
+
+def test_a_stress_ratio_of_the_file_needs_no_confining_pressure(call, lab):
+    file = lab.with_name("calibration.toml")
+    lab.write_text(LAB.replace("q [kPa]", "stress ratio"))
+    called = call("init", lab, "--model", "python", "--strain", "logarithmic", "-o", file)
+    assert called.code == 0 and "confining_pressure" not in file.read_text(encoding="utf-8"), called.out + called.err
+
+
+def test_columns_that_are_not_known_are_asked_beside_the_simulator(call, lab):
+    file = lab.with_name("calibration.toml")
+    lab.write_text(LAB.replace("q [kPa]", "abc").replace("axial strain [%]", "def"))
+    called = call("init", lab, "--model", "yade", "-o", file)
+    asked = call("check", file)
+    assert called.code == 0 and asked.code == 2
+    for key in ("parameters.parameter_1.range", "model.script", "reference.columns.axial_strain", "reference.confining_pressure"):
+        assert f"{key} is an open question" in asked.out
+
+
+@pytest.mark.parametrize("option", ["--grading", "--particles", "--relative-density", "--packing"])
+def test_grains_of_graincal_do_not_go_with_another_simulator(call, lab, option):
+    file = lab.with_name("calibration.toml")
+    value = {"--grading": "toyoura", "--packing": "packing.csv", "--particles": "500"}.get(option, "0.5")
+    called = call("init", lab, "--model", "command", *KNOWN, option, value, "-o", file)
+    assert called.code != 0 and f"--model command has grains of its own, so {option} cannot stand beside it." in called.err and not file.exists()
