@@ -246,9 +246,11 @@ METHODS: dict[str, Callable[[Goal, int, dict[str, str]], str | None]] = {
     "CMA-ES": peer("cma_es"),
     "Bayesian optimisation": peer("bayesian_optimisation"),
     "pyABC": peer("py_abc"),
+    "PyVBMC": peer("vbmc"),
+    "sbi": peer("npe"),
 }
-LEFT_OUT = {"fit": (STOPPED,), "posterior": ("CMA-ES", "Bayesian optimisation")}
-"""Methods that have no part in one: a best fit is not stopped, and looking for one gives no posterior."""
+LEFT_OUT = {"fit": (STOPPED, "PyVBMC", "sbi"), "posterior": ("CMA-ES", "Bayesian optimisation")}
+"""Methods that have no part in one: a best fit is not stopped, two methods need errors to be told of, and looking for a best fit gives no posterior."""
 
 
 def show(method: str, runs: list[dict[str, str]], missing: str | None) -> None:
