@@ -97,7 +97,7 @@ def test_a_grading_is_that_of_a_file_wherever_the_calibration_file_stands(call, 
     assert model["grading"] == "../grading.csv" and "# The grading: as you gave it." in Path("calibrations/c.toml").read_text(encoding="utf-8")
     assert call("check", "calibrations/c.toml").code == 0
     missing = call("init", OEDOMETER, "--grading", "none.csv", "-o", "other.toml")
-    assert missing.code == 1 and missing.err.startswith("none.csv: there is no such file, and a grading, 'toyoura' or a CSV file")
+    assert missing.code == 1 and missing.err.startswith("none.csv: there is no such file, and a grading, 'toyoura', d50=SIZE,Cu=NUMBER or a CSV file")
     few = call("init", OEDOMETER, "--relative-density", "0.5", "--particles", "20", "-o", "few.toml")
     assert few.code == 1 and "of grading toyoura fill a cell only" in few.err
     # Where nothing rests on it, the file is written, and it is said.

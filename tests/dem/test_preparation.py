@@ -60,3 +60,21 @@ def test_the_built_in_toyoura_is_toyoura_sand_enlarged():
     # Its median diameter is published as 0.17 to 0.22 mm.
     grading = Grading.named("toyoura")
     assert 0.17e-3 < np.interp(50, grading.passing, grading.sizes) / grading.enlarged < 0.22e-3
+
+
+def test_a_grading_of_a_median_size_and_a_coefficient_of_uniformity():
+    for said in ("d50=0.14,Cu=1.5", "D50 = 0.14 mm, cu = 1.5", "d50=0.14 Cu=1.5"):
+        grading = Grading.named(said)
+        d10, d50, d60 = np.exp(np.interp([10, 50, 60], grading.passing, np.log(grading.sizes)))
+        assert d50 == pytest.approx(0.14e-3) and d60 / d10 == pytest.approx(1.5) and grading.name == "d50=0.14,Cu=1.5"
+    assert grading.sizes[[0, -1]] == pytest.approx([0.14e-3 / 1.5, 0.14e-3 * 1.5])
+    # By mass, of a thousand grains that are drawn from it.
+    diameters = np.sort(grading.diameters(1000, np.random.default_rng(1)))
+    half = diameters[np.searchsorted(np.cumsum(diameters**3), 0.5 * np.sum(diameters**3))]
+    assert half == pytest.approx(0.14e-3, rel=0.02)
+
+
+@pytest.mark.parametrize("said", ["d50=0.14,Cu=1", "d50=0,Cu=1.5", "d50=-1,Cu=2", "d50=.,Cu=2", "d50=0.14,Cu=", "d50=1e999,Cu=2", "d50=x,Cu=2"])
+def test_a_grading_of_a_median_size_that_is_none_is_refused(said):
+    with pytest.raises(InputError, match="expected"):
+        Grading.named(said)

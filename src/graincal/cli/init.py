@@ -55,7 +55,8 @@ def init(
         float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
     ] = None,
     grading: Annotated[
-        str | None, typer.Option(help="Of the packing that is prepared: toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'.")
+        str | None,
+        typer.Option(help="Of the packing that is prepared: toyoura, d50=0.14,Cu=1.5 (in mm), or a CSV file with the columns 'size \\[mm],passing \\[%]'."),
     ] = None,
     particles: Annotated[int | None, typer.Option(min=2, help="Of the packing that is prepared; 1000 by default.")] = None,
     model: Annotated[

@@ -20,7 +20,7 @@ def pack(
     grading: Annotated[
         str,
         typer.Option(
-            help="toyoura, or a CSV file with the columns 'size \\[mm],passing \\[%]'. The built-in toyoura is enlarged to grains of 3.4 to 9.6 mm: only their ratios matter."
+            help="toyoura, d50=0.14,Cu=1.5 (in mm), or a CSV file with the columns 'size \\[mm],passing \\[%]'. The built-in toyoura is enlarged to grains of 3.4 to 9.6 mm: only their ratios matter."
         ),
     ] = "toyoura",
     seed: Annotated[int, typer.Option(min=0, help="Another seed, another packing.")] = 1,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,8 +42,30 @@ class Grading:
 
     @classmethod
     def named(cls, name: str | Path) -> Grading:
-        """A grading known by its name ("toyoura"), or read from a file with the columns `size [mm],passing [%]`."""
-        return _KNOWN[str(name)] if str(name) in _KNOWN else cls.read(name)
+        """A grading known by its name ("toyoura"), of a median size in mm and a coefficient of uniformity ("d50=0.14,Cu=1.5"), or read from a file with the columns
+        `size [mm],passing [%]`. Raises InputError for what is none of these.
+        """
+        if str(name) in _KNOWN:
+            return _KNOWN[str(name)]
+        if (said := _D50_CU.match(str(name))) is None:
+            return cls.read(name)
+        try:
+            d50, uniformity = map(float, said.groups())
+        except ValueError:
+            raise InputError(f"the grading {str(name)!r}: a size in mm and a coefficient of uniformity, such as d50=0.14,Cu=1.5, were expected.") from None
+        return cls.of_d50(1e-3 * d50, uniformity)
+
+    @classmethod
+    def of_d50(cls, d50: float, uniformity: float) -> Grading:
+        """The grading that is straight over the logarithm of the size, with half of the mass below the diameter d50 in metres and the coefficient of uniformity
+        Cu = d60/d10: d = d50 Cu^((passing - 50 %) / 50 %), from d50/Cu to d50 Cu. Raises InputError where d50 is not above 0 or Cu not above 1.
+        """
+        if not (0 < d50 < np.inf and 1 < uniformity < np.inf):
+            raise InputError(
+                f"a grading of d50 = {1e3 * d50:g} mm and Cu = {uniformity:g}: a size above 0 and a coefficient of uniformity above 1 were expected."
+            )
+        passing = np.linspace(0, 100, _STEPS + 1)
+        return cls(d50 * uniformity ** (passing / 50 - 1), passing, name=f"d50={1e3 * d50:g},Cu={uniformity:g}")
 
     @classmethod
     def read(cls, path: str | Path) -> Grading:
@@ -53,7 +76,7 @@ class Grading:
             with path.open(newline="", encoding="utf-8-sig") as file:
                 rows = [[cell.strip() for cell in row] for row in csv.reader(file) if any(row) and not row[0].startswith("#")]
         except OSError as error:
-            expected = f"a grading, {' or '.join(map(repr, _KNOWN))} or a CSV file with the columns {', '.join(wanted)},"
+            expected = f"a grading, {', '.join(map(repr, _KNOWN))}, d50=SIZE,Cu=NUMBER or a CSV file with the columns {', '.join(wanted)},"
             raise InputError(unreadable(f"{path}{did_you_mean(str(path), _KNOWN)}", error, expected)) from None
         except (UnicodeDecodeError, csv.Error):
             raise InputError(f"{path}: a grading must be a text file with the columns {', '.join(wanted)}.") from None
@@ -104,6 +127,11 @@ class GrainSizes:
         """As that of a `Grading`."""
         return [np.sort(self.found).tolist()]
 
+
+_D50_CU = re.compile(r"\s*d50\s*=\s*([\d.eE+-]*)\s*(?:mm)?\s*[,;]?\s*Cu\s*=\s*(\S*)\s*$", re.IGNORECASE)
+
+_STEPS = 50
+"""Straight pieces of a curve that is straight over the logarithm of the size."""
 
 _KNOWN = {
     # Toyoura sand, Hartmann, Cheng, Thornton (2022), enlarged as their packing of 1000 particles is: only ratios of sizes matter to the contact law. Half of

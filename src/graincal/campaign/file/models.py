@@ -53,7 +53,10 @@ class StressPathModel(ModelSection):
     packing: FileName | list[FileName] | None = Field(None, description="the name of a packing file, or a list of them")
     particles: int | None = Field(None, ge=1, description="a whole number above 0")
     void_ratio: Positive | None = Field(None, description="a number above 0")
-    grading: FileName = Field("toyoura", description='"toyoura", or the name of a file with the columns size [mm],passing [%]')
+    grading: FileName = Field(
+        "toyoura",
+        description='"toyoura", a median size in mm and d60/d10 such as "d50=0.14,Cu=1.5", or the name of a file with the columns size [mm],passing [%]',
+    )
     seed: int = Field(1, ge=0, description="a whole number, not negative")
 
     PREPARATION: ClassVar[tuple[str, ...]] = ("particles", "void_ratio", "grading", "seed")
