@@ -32,7 +32,7 @@ class Run:
 
 def run_batch(
     packing: Packing | Sequence[Packing],
-    laws: Sequence[_native.LinearLaw] | Sequence[_native.HertzLaw],
+    laws: Sequence[_native.LinearLaw | _native.HertzLaw],
     stages: Sequence[_native.Stage],
     *,
     density: float,
