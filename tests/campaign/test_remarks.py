@@ -14,8 +14,9 @@ import pytest
 
 import graincal as gc
 from graincal.campaign.asked.doubt import Doubt
+from graincal.campaign.found.by_emulators import ByEmulators
 from graincal.campaign.found.remark import BY_EMULATORS, CODES, EXCLUSIVE, IDENTIFIED, LEVELS
-from graincal.campaign.found.remarks import WORDS, ByEmulators, remarks
+from graincal.campaign.found.remarks import WORDS, remarks
 from graincal.campaign.found.scatter import Scatter
 from graincal.campaign.found.status import status
 from graincal.campaign.found.trust import LEAST_COVERAGE, MUCH_UNSURE

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,13 +12,11 @@ from graincal.report.page import Page
 from graincal.report.tables import Table as Shown
 from graincal.studies.beside import beside
 from graincal.studies.judging import CANNOT_BE_TOLD, DOES_NOT_HOLD, HOLDS
+from graincal.studies.plan import Plan
 from graincal.studies.records import Conclusion, Findings
 from graincal.studies.settings import ACCURACY, Setup
 from graincal.studies.study import Done, Study
 from graincal.studies.work import Work
-
-if TYPE_CHECKING:
-    from graincal.studies.running import Plan
 
 
 def render(found: Mapping[Study, Findings], setup: Setup, done: Done, plan: Plan, title: str, failed: Mapping[str, str], broken: Mapping[str, str]) -> str:

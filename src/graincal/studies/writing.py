@@ -6,7 +6,6 @@ import csv
 import traceback
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,12 +13,10 @@ from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
 from graincal.drawing.with_matplotlib import save
 from graincal.studies.page import render
+from graincal.studies.plan import Plan
 from graincal.studies.records import Findings, Table
 from graincal.studies.settings import ITERATIVE, Setup
 from graincal.studies.study import Done, Study
-
-if TYPE_CHECKING:
-    from graincal.studies.running import Plan
 
 PAGE = "index.html"
 COLUMNS = ("setting", "quantity", "paper", "graincal median", "low", "high", "floor")

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from graincal.campaign.found.answer import Answer
+from graincal.campaign.found.by_emulators import ByEmulators
 from graincal.campaign.found.record import Record
-from graincal.campaign.found.remarks import ByEmulators
 from graincal.campaign.found.trust import allows_discrepancy
 from graincal.inference import Posterior
 from graincal.inference.likelihood.error_model import measurement_errors

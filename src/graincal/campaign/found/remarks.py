@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graincal.campaign.found.by_emulators import ByEmulators
 from graincal.campaign.found.recorded import in_words, recorded_of_answer
 from graincal.campaign.found.remark import Remark, remark
 from graincal.campaign.found.trust import accepted_problems, causes, cautions, changed_code, conditions, doubts, has_settled
@@ -32,19 +32,6 @@ CLOSER = 3.0
 
 WORDS = {"identified": "identified", "weakly-identified": "weakly identified", "not-identified": "not identified", "interval-so-far": "not settled"}
 """What is said of one parameter, by the code: its verdict."""
-
-
-@dataclass(frozen=True)
-class ByEmulators:
-    """What it takes emulators to know, or some seconds.
-
-    unsure: the part of the probability that lies where the emulators do not know whether the parameters fit. expected_error: the error ε, percent, that measurement errors,
-    and the scatter of runs where it counts, lead to on average. shares: of the probability, in each of several separate groups of values; () where there is a single one.
-    """
-
-    unsure: float
-    expected_error: float
-    shares: tuple[float, ...] = ()
 
 
 def remarks(result: Record, known: ByEmulators | None = None) -> tuple[Remark, ...]:

@@ -20,8 +20,8 @@ from graincal.notation.words import continued, listed
 
 if TYPE_CHECKING:
     from graincal.campaign.found.answer import Answer
+    from graincal.campaign.found.by_emulators import ByEmulators
     from graincal.campaign.found.record import Record
-    from graincal.campaign.found.remarks import ByEmulators
     from graincal.inference.posterior.emulation import Found
     from graincal.inference.sampling.posterior import Posterior
 
