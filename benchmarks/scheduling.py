@@ -83,7 +83,7 @@ def library(where: str, runs: int, workers: int) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as folder:
         model = a_program(Path(folder)) if where == "command" else a_function(where)
         calibration = Calibration(
-            SPACE, [gc.Experiment("experiment", model, no_reference(AT, ("stress_ratio", "volumetric_strain")))], workers=workers, place=place
+            SPACE, [gc.Experiment("experiment", model, no_reference(model, AT, ("stress_ratio", "volumetric_strain")))], workers=workers, place=place
         )
         # Imports and the first processes are not what is measured.
         fill(calibration, Path(folder) / "library", runs, [clock])

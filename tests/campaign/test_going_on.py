@@ -64,7 +64,7 @@ def test_a_library_that_breaks_off_says_the_command_too(call, tmp_path):
     (tmp_path / "executors.py").write_text(GIVES_UP)
     folder = tmp_path / "a library"
     file = write_calibration(tmp_path, ("[run]", '[run]\nexecutor = "executors:gives_up"'))
-    called = call("explore", file, "--runs", 4, "--to", 0.15, "-o", folder)
+    called = call("explore", file, "--runs", 4, "-o", folder)
     assert called.code == 1 and called.err.endswith(f"go on with:\n  graincal resume {shlex.quote(str(folder))}\n")
 
 
@@ -82,7 +82,7 @@ def test_a_first_look_leaves_the_command_to_its_campaign(call, tmp_path):
 
 def test_a_library_says_how_its_runs_are_used(call, tmp_path):
     folder = tmp_path / "a library"
-    called = call("explore", write_calibration(tmp_path), "--runs", 4, "--to", 0.15, "-o", folder)
+    called = call("explore", write_calibration(tmp_path), "--runs", 4, "-o", folder)
     assert called.code == 0
     assert called.out.endswith(f"  graincal calibrate CALIBRATION.toml --runs {shlex.quote(str(folder))} -o NEW_FOLDER\n")
 
@@ -91,3 +91,8 @@ def test_a_limit_that_is_no_number_is_refused(call, tmp_path):
     called = call("calibrate", write_calibration(tmp_path), "-o", tmp_path / "campaign", "--max-evaluations", "many")
     assert called.code == 1 and "--max-evaluations must be a whole number or false, not many." in called.err
     assert not (tmp_path / "campaign").exists()
+
+
+def test_a_function_of_a_references_rows_does_not_go_to_another_value(call, tmp_path):
+    called = call("explore", write_calibration(tmp_path), "--runs", 4, "--to", 0.15, "-o", tmp_path / "library")
+    assert called.code == 1 and "leave --to out" in called.err and not (tmp_path / "library").exists()

@@ -140,7 +140,8 @@ class Running(Work):
         return np.concatenate([replicates(np.asarray(theta, dtype=np.float64), self.times, self.space) for theta in found])
 
     def _asked(self) -> Calibration:
-        return Calibration(self.space, [Experiment(TEST, self.make(), no_reference(self.to, OBSERVABLES))], workers=self.workers)
+        test = self.make()
+        return Calibration(self.space, [Experiment(TEST, test, no_reference(test, self.to, OBSERVABLES))], workers=self.workers)
 
     def go_on(self, folder: Path, listeners: Sequence[Listener]) -> None:
         fill(self._asked(), folder, listeners=listeners, points=self._points)

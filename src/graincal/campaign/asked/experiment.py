@@ -15,7 +15,7 @@ from graincal.execution import Outcomes, Task
 from graincal.inference.likelihood.errors import curve_error
 from graincal.inference.likelihood.packings import Siblings
 from graincal.interpolation import interpolate
-from graincal.models import Model, StressPathTest
+from graincal.models import Model, PythonModel, StressPathTest
 from graincal.models.stress_path import Abscissa
 
 Hopeless = Callable[[int, NDArray[np.float64]], bool]
@@ -117,8 +117,16 @@ class Experiment:
         return met if isinstance(met, Failure) else not_finite(met, self.reference.names, self.reference.control_name) or response
 
 
-def no_reference(to: float | ArrayLike, observables: Sequence[str], control_name: object = None, recorded: Sequence[str] = ()) -> Reference:
-    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured. recorded: what a model must return beside the observables."""
+def no_reference(model: Model, to: float | ArrayLike, observables: Sequence[str], control_name: object = None, recorded: Sequence[str] = ()) -> Reference:
+    """What stands for a reference where runs are made for none: control values up to the last one, and nothing that was measured. recorded: what a model must return beside the observables.
+
+    Raises InputError for a last value that is none, and where the model is a function that returns values at a reference's rows alone.
+    """
+    if isinstance(model, PythonModel) and model.control is None and np.ndim(to) == 0:
+        raise InputError(
+            f"the function returns values at the rows of a reference, so the last one, {float(np.asarray(to)):g}, does not say at which: leave --to out (in Python, list all rows as to), "
+            "or name the function's own values as control."
+        )
     control = np.atleast_1d(np.asarray(to, dtype=np.float64))
     if control.ndim != 1 or not np.all(np.isfinite(control)) or control[-1] <= 0:
         raise InputError(f"explore: the last control value must be a positive number, not {to!r}.")

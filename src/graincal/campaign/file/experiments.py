@@ -122,7 +122,7 @@ class ExperimentEntry(Section):
             model = self.model.build(folder, self.control)
             # Before the file is read, whose columns would be blamed for what is no observable.
             check_observables(model, tuple(self.observables))
-            reference = self.read_reference(folder) if to is None else no_reference(to, self.fitted, self.control, self.recorded)
+            reference = self.read_reference(folder) if to is None else no_reference(model, to, self.fitted, self.control, self.recorded)
             return Experiment(self.name, model, reference)
         except InputError as error:
             raise InputError(f'experiment "{self.name}": {error}') from error

@@ -64,7 +64,7 @@ def explore(
     elif to is None:
         raise InputError("explore needs to know how far runs go: to = the last control value was expected.")
     else:
-        experiments = [Experiment("experiment", model, no_reference(to, observables, getattr(model, "control", None)))]
+        experiments = [Experiment("experiment", model, no_reference(model, to, observables, getattr(model, "control", None)))]
     with listening(progress) as shown:
         return fill(Calibration(space, experiments, seed=seed, workers=workers), folder, runs, (*listeners, *shown), points)
 
