@@ -37,7 +37,7 @@ from graincal.campaign.stored.store import holds_campaign
 from graincal.dem.grading import Grading
 from graincal.dem.preparation import comment, prepare, write_whole
 from graincal.inference.likelihood.errors import sample_errors
-from graincal.laboratory import look
+from graincal.laboratory import understand
 
 TESTS = (17, 18, 20)
 SMALLEST, D50, LARGEST, CU = 0.06e-3, 0.14e-3, 0.3e-3, 1.5
@@ -87,12 +87,12 @@ class Sand:
     @cached_property
     def confining_pressure(self) -> float:
         """Pa, as the file states it."""
-        return look(self.path).confining_pressure
+        return understand(self.path).confining_pressure
 
     @cached_property
     def void_ratio(self) -> float:
         """At the start of shear, as the file states it."""
-        return look(self.path).void_ratio
+        return understand(self.path).void_ratio
 
     @property
     def relative_density(self) -> float:
