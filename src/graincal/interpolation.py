@@ -34,7 +34,7 @@ def within_reach(control: NDArray[np.float64], at: NDArray[np.float64]) -> int:
 
 def span(control: NDArray[np.float64]) -> str:
     """The range of control values, to print."""
-    return f"{control.min():g} to {control.max():g}"
+    return f"{control.min() + 0.0:g} to {control.max() + 0.0:g}"
 
 
 def interpolate(response: Response, at: NDArray[np.float64]) -> Response | Failure:

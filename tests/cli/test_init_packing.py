@@ -114,3 +114,14 @@ def test_the_change_of_volume_follows_from_a_column_that_is_named_for_a_void_rat
     # Of a constant volume of solids, V = Vs / (1 - n).
     np.testing.assert_allclose(read.observables["volumetric_strain"], np.log((1 - np.array([0.42, 0.415, 0.425])) / (1 - 0.42)), atol=1e-12)
     assert read.observables["volumetric_strain"][1] > 0 > read.observables["volumetric_strain"][2]
+
+
+def test_pack_takes_a_relative_density(call, tmp_path):
+    found, file = reach(180), tmp_path / "packing.csv"
+    called = call("pack", "--relative-density", "0.7", *FEW, "-o", file)
+    assert called.code == 0 and "of the relative density 0.7: such spheres pack between" in called.out, called.err
+    assert f"(asked for {found.void_ratio(0.7):.4g}" in called.out
+    for options in ((), ("--void-ratio", "0.6", "--relative-density", "0.7")):
+        refused = call("pack", *options, *FEW, "-o", tmp_path / "other.csv")
+        assert refused.code == 1 and "one of --void-ratio and --relative-density was expected" in refused.err
+    assert "write 0.7" in call("pack", "--relative-density", "70", *FEW, "-o", tmp_path / "other.csv").err

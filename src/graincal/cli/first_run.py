@@ -9,8 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from graincal.campaign import Calibration, Experiment
+from graincal.campaign.file.run_doubts import doubts_of_run
 from graincal.cli.saying import say
 from graincal.data import Failure, Reference, Response, Samples
+from graincal.interpolation import interpolate
 from graincal.models import CommandModel, PythonModel
 from graincal.models.command.folders import PRINTED
 from graincal.models.command.work import COLOURS, PRINTED_LAST
@@ -46,6 +48,7 @@ def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
         model = replace(program, folders=replace(program.folders, root=folder, keep="all"))
         sample = _first(calibration, number)
         ((_, outcome),) = replace(experiment, model=model).evaluate(sample, workers=1)
+        outcome = _met(experiment, outcome)
         took = duration(outcome.details["seconds"]) if "seconds" in outcome.details else "no time"
         lines = [f'The first sample in "{experiment.name}" took {took}; its folder: {next(folder.glob("*/attempt-*"), folder)}']
         found[number] = outcome
@@ -57,6 +60,7 @@ def run_first(calibration: Calibration) -> Mapping[int, Response | Failure]:
         else:
             lines += _beside(experiment.reference, outcome)
         say("\n".join(lines), prose=False)
+        _say_doubts(experiment, outcome)
     return found
 
 
@@ -66,11 +70,26 @@ def _run_functions(calibration: Calibration) -> Iterator[tuple[int, Response | F
         if isinstance(experiment.model, PythonModel):
             sample = _first(calibration, number)
             ((_, outcome),) = experiment.evaluate(sample, workers=1)
+            outcome = _met(experiment, outcome)
             failed = isinstance(outcome, Failure)
             beside = [f"  failed, {outcome.kind}: {outcome.reason}"] if isinstance(outcome, Failure) else _beside(experiment.reference, outcome)
             took = f" took {duration(outcome.details['seconds'])}" if "seconds" in outcome.details else ""
             say("\n".join([f'The first sample in "{experiment.name}"{took}: {_parameters(sample)}', *beside]), prose=failed)
+            _say_doubts(experiment, outcome)
             yield number, outcome
+
+
+def _met(experiment: Experiment, outcome: Response | Failure) -> Response | Failure:
+    """What was run, at the rows of the reference: a function may have states of its own."""
+    if isinstance(outcome, Failure):
+        return outcome
+    met = interpolate(outcome, experiment.reference.control)
+    return met if isinstance(met, Failure) else replace(met, details=outcome.details)
+
+
+def _say_doubts(experiment: Experiment, outcome: Response | Failure) -> None:
+    if not isinstance(outcome, Failure) and (said := doubts_of_run(experiment, outcome)):
+        say("\n".join(["Notes:", *(f"  {sentence}" for sentence in said)]))
 
 
 def _programs(calibration: Calibration) -> dict[int, tuple[Experiment, CommandModel]]:

@@ -15,8 +15,11 @@ from graincal.files import unwritable
 
 def pack(
     particles: Annotated[int, typer.Option(min=2, help="How many spheres; what the grading needs at the least is said where they are too few.")],
-    void_ratio: Annotated[float, typer.Option(help="Volume of voids over volume of solids, before the test's own compression.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The packing file to write; nothing is overwritten.", metavar="FILE")],
+    void_ratio: Annotated[float | None, typer.Option(help="Volume of voids over volume of solids, before the test's own compression.")] = None,
+    relative_density: Annotated[
+        float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
+    ] = None,
     grading: Annotated[
         str,
         typer.Option(
@@ -36,6 +39,7 @@ def pack(
     from graincal.dem.preparation import comment, prepare, reach, write_whole
 
     check_file(output)
+    void_ratio, asked = _asked(particles, grading, void_ratio, relative_density)
     packing = prepare(particles, void_ratio, grading, seed)
     try:
         write_whole(packing, output, comment(void_ratio, grading, seed))
@@ -49,7 +53,22 @@ def pack(
             say(
                 f"These grains are about {enlarged:g} times as large as those of {grading} sand: only the ratios of their sizes matter, and none is scaled back."
             )
-        say(f"void ratio {packing.void_ratio:.4f} (asked for {void_ratio:g})")
+        say(f"void ratio {packing.void_ratio:.4f} (asked for {asked})")
         if note := said_of_loose(reach(particles, grading), void_ratio):
             say(note)
         say(f"Written to {output}.")
+
+
+def _asked(particles: int, grading: str, void_ratio: float | None, relative_density: float | None) -> tuple[float, str]:
+    """The void ratio that is asked for, and in words what was. Raises InputError where it is neither or both, or where no packing has such a relative density."""
+    from graincal.cli.preparing import check_relative_density, reach_of
+
+    if void_ratio is not None and relative_density is None:
+        return void_ratio, f"{void_ratio:g}"
+    if relative_density is None or void_ratio is not None:
+        raise InputError("pack: one of --void-ratio and --relative-density was expected.")
+    check_relative_density(relative_density)
+    found = reach_of(particles, grading)
+    # Of one seed, so that packings of other seeds have the same void ratio.
+    void_ratio = round(found.void_ratio(relative_density), 4)
+    return void_ratio, f"{void_ratio:g}, of the relative density {relative_density:g}: such spheres pack {found.in_words}"

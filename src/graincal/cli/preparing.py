@@ -19,9 +19,8 @@ LOOSE = 0.15
 
 def check_alone(packing: Path | None, void_ratio: float | None, relative_density: float | None, grading: str | None, particles: int | None) -> None:
     """Raise InputError for options that cannot stand beside one another, and for a relative density beyond its ends."""
-    if relative_density is not None and not 0 <= relative_density <= 1:
-        meant = f"; if {relative_density:g} % is meant, write {relative_density / 100:g}" if 1 < relative_density <= 100 else ""
-        raise InputError(f"--relative-density must be from 0, the loosest packing, to 1, the densest, not {relative_density:g}{meant}.")
+    if relative_density is not None:
+        check_relative_density(relative_density)
     said = {"--void-ratio": void_ratio, "--relative-density": relative_density, "--grading": grading, "--particles": particles}
     given = [option for option, value in said.items() if value is not None]
     if packing and given:
@@ -29,6 +28,13 @@ def check_alone(packing: Path | None, void_ratio: float | None, relative_density
         raise InputError(f"--packing has {own} of its own, so {given[0]} cannot stand beside it.")
     if void_ratio is not None and relative_density is not None:
         raise InputError("--relative-density gives the void ratio, so --void-ratio cannot stand beside it.")
+
+
+def check_relative_density(relative_density: float) -> None:
+    """Raise InputError for one beyond its ends."""
+    if not 0 <= relative_density <= 1:
+        meant = f"; if {relative_density:g} % is meant, write {relative_density / 100:g}" if 1 < relative_density <= 100 else ""
+        raise InputError(f"--relative-density must be from 0, the loosest packing, to 1, the densest, not {relative_density:g}{meant}.")
 
 
 def asked_preparation(relative_density: float | None, grading: str | None, particles: int | None) -> Preparation:
@@ -42,7 +48,7 @@ def asked_preparation(relative_density: float | None, grading: str | None, parti
     is_file = Path(grading).exists()
     if relative_density is None:
         return Preparation(particles, grading, grading_is_file=is_file)
-    found = _reach(particles, grading)
+    found = reach_of(particles, grading)
     void_ratio = round(found.void_ratio(relative_density), 4)
     because = (
         f"The void ratio: {void_ratio:g} is that of the relative density {relative_density:g} that you gave, for spheres of grading {grading}.",
@@ -54,7 +60,7 @@ def asked_preparation(relative_density: float | None, grading: str | None, parti
 def out_of_reach(void_ratio: float, preparation: Preparation) -> str:
     """What is said of a void ratio that the grading does not pack to or is about its loosest, or whose grains are too few; empty for others."""
     try:
-        found = _reach(preparation.particles, preparation.grading)
+        found = reach_of(preparation.particles, preparation.grading)
     except InputError as error:
         return f"Note: {error}"
     if found.holds(void_ratio):
@@ -84,7 +90,8 @@ def _found(reach: Reach, particles: int) -> str:
     return f"They pack {reach.in_words}: found by packing {reach.particles} of them with the friction angle of 45° and without friction{about}."
 
 
-def _reach(particles: int, grading: str) -> Reach:
+def reach_of(particles: int, grading: str) -> Reach:
+    """The void ratios that a grading packs to, which is said where it may take some seconds."""
     from graincal.dem.preparation import reach
 
     say(f"Looking up what void ratios grading {grading} packs to, the first time some seconds ...", err=True)

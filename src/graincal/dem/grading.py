@@ -47,12 +47,13 @@ class Grading:
         """
         if str(name) in _KNOWN:
             return _KNOWN[str(name)]
-        if (said := _D50_CU.match(str(name))) is None:
+        if "=" not in str(name) or Path(name).exists():
             return cls.read(name)
+        said = _D50_CU.match(str(name))
         try:
-            d50, uniformity = map(float, said.groups())
+            d50, uniformity = map(float, said.groups() if said else ())
         except ValueError:
-            raise InputError(f"the grading {str(name)!r}: a size in mm and a coefficient of uniformity, such as d50=0.14,Cu=1.5, were expected.") from None
+            raise InputError(f"the grading {str(name)!r}: d50 in mm and Cu = d60/d10, with decimal points, such as d50=0.14,Cu=1.5, were expected.") from None
         return cls.of_d50(1e-3 * d50, uniformity)
 
     @classmethod

@@ -45,6 +45,7 @@ CODES: dict[Level, dict[str, str]] = {
         "check-marks": "lines of the file still say CHECK",
         "dilates-at-first": "the volumetric strain dilates at first, which may be right: by little, or throughout without a peak of the stress ratio",
         "far-from-quasi-static": "a setting of the test, or a pressure or a parameter, is unusual",
+        "file-not-linked": "a program is given a file that its folder does not see",
         "key-without-effect": "a key changes nothing",
         "limit-never-reached": "a limit is never reached, for another one ends the calibration before",
         "limit-not-used": "a limit on evaluations is not used to the last, for rounds are not cut short",

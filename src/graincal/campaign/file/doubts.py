@@ -12,7 +12,7 @@ from graincal.campaign.asked.experiment import Experiment
 from graincal.campaign.asked.limits import limit_doubts
 from graincal.campaign.asked.place import PARSL
 from graincal.campaign.asked.tested import OTHER, Tested
-from graincal.campaign.file.strain_doubts import strain_doubts
+from graincal.campaign.file.strain_doubts import LARGEST, strain_doubts
 from graincal.campaign.file.stress_doubts import stress_doubts
 from graincal.campaign.file.void_ratio_doubts import void_ratio_doubts
 from graincal.data import InputError, Reference
@@ -22,9 +22,9 @@ from graincal.inference.likelihood.thinning import Thinning
 from graincal.inference.posterior.posterior_filter import GROWTH, PosteriorFilter
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
-from graincal.models import CommandModel, StressPathTest
+from graincal.models import CommandModel, PythonModel, StressPathTest
 from graincal.models.contact_laws import unusual_parameters
-from graincal.models.stress_path import unusual
+from graincal.models.stress_path import STRAINS, unusual
 
 TURNED = 0.03
 """Of all that the volumetric strain changes by: a dilation at first that is larger, before contraction, is no seating."""
@@ -102,7 +102,25 @@ def doubts_of_experiment(experiment: Experiment) -> list[Doubt]:
     said = doubts_of_reference(Tested.of(experiment), experiment.name)
     if isinstance(experiment.model, StressPathTest):
         said += [Doubt("far-from-quasi-static", sentence, experiment.name) for sentence in unusual(experiment.model)]
+    if isinstance(experiment.model, CommandModel):
+        said += [Doubt("file-not-linked", sentence, experiment.name) for sentence in map(_not_linked, experiment.model.not_linked)]
+    if isinstance(experiment.model, PythonModel) and (text := _too_far(experiment.model, experiment.reference)):
+        said.append(Doubt("strain-too-large", text, experiment.name))
     return said
+
+
+def _not_linked(name: str) -> str:
+    return f'command names {name}, which lies beside the calibration file: an evaluation has a folder of its own, and sees it where link = ["{name}"] says so.'
+
+
+def _too_far(model: PythonModel, reference: Reference) -> str:
+    """What is said of a function's own strains that no test reaches; empty for others."""
+    last = 0.0 if model.control is None else float(np.max(np.abs(model.control)))
+    return (
+        f"model.control goes to {last:g}, which no strain reaches: values are fractions, not percent."
+        if reference.control_name in STRAINS and last > LARGEST
+        else ""
+    )
 
 
 def doubts_of_reference(tested: Tested, experiment: str) -> list[Doubt]:

@@ -85,6 +85,15 @@ class ExperimentEntry(Section):
             raise mistake(f'.kind must be one of {", ".join(MODELS)}, not "{kind}"{did_you_mean(kind, MODELS)}')
         return MODELS[kind].model_validate(table)
 
+    @field_validator("control", mode="before")
+    @classmethod
+    def _is_a_name(cls, value: Any) -> Any:
+        if isinstance(value, list):
+            raise mistake(
+                " must be the name of the control variable, not a list; the values that a function of your own returns others at are control under [experiment.model]"
+            )
+        return value
+
     @field_validator("reference", mode="before")
     @classmethod
     def _name_alone(cls, value: Any) -> Any:

@@ -32,6 +32,10 @@ else:
 
 
 class StressPathModel(ModelSection):
+    INSTEAD: ClassVar[dict[str, str]] = {
+        "relative_density": "graincal init and graincal pack take --relative-density, and say which void_ratio that is",
+    }
+
     kind: str = Field(description=f"one of {', '.join(TESTS)}")
     confining_pressure: Positive = Field(description="a number above 0, in Pa")
     density_scaling: Positive | None = Field(None, description="a number above 0")

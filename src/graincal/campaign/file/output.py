@@ -37,6 +37,10 @@ class ColumnTable(Section):
 
 
 class OutputSection(Section):
+    INSTEAD: ClassVar[dict[str, str]] = {
+        "units": 'a unit stands with its column, { column = "e33", unit = "%" }, or in brackets in its name',
+        "compression": 'a sign stands with its column, { column = "e33", sign = -1 }',
+    }
     MOST: ClassVar[dict[str, float]] = {"columns": 1_000, "zero": 1_000}
 
     file: FileName = Field(STANDARD_OUTPUT, description='the name of the file that is written, or "-" for what is printed')

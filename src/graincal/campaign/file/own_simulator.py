@@ -7,6 +7,7 @@ from dataclasses import replace
 from enum import Enum
 
 from graincal.laboratory.decisions import UNANSWERED
+from graincal.laboratory.quantities import STRAINS
 from graincal.laboratory.understanding import Understanding
 
 _FIRST = "parameter_1"
@@ -15,7 +16,7 @@ _ASKED = f'"{UNANSWERED}"'
 PARAMETERS = "\n".join(
     [
         "[parameters]   # the unknowns and the ranges they are looked for in",
-        "# Which parameters does your simulation take, and from where to where are they looked for? One line for each, such as: phi = { range = [15, 45], unit = 'deg' }",
+        "# Which parameters does your simulation take, and from where to where are they looked for? One line for each, by a name of yours: phi = { range = [15, 45], unit = 'deg' }",
         f"{_FIRST} = {{ range = {_ASKED} }}",
     ]
 )
@@ -72,7 +73,7 @@ _COMMAND = [
 _SCRIPT = [
     "# Which script, beside this file?",
     f"script     = {_ASKED}",
-    f"# What does its readParamsFromTable read, as ['{_FIRST}']? Where it reads sys.argv, write arguments = ['{{{{ {_FIRST} }}}}'] instead.",
+    f"# What does its readParamsFromTable read, as ['{_FIRST}']? Where it reads sys.argv, write arguments = ['{{{{ {_FIRST} }}}}'] in the place of this line.",
     f"table      = {_ASKED}",
 ]
 _LIMIT = ["# The seconds after which a run is ended:", "# time_limit = 3600"]
@@ -82,18 +83,22 @@ _FILE = ["# Which file does it write?", f"file       = {_ASKED}"]
 def _function(quantities: list[str]) -> list[str]:
     return [
         f"# Which function, as 'module:name' of a file beside this one? It takes the values of the parameters in one array, and returns a dict of {' and '.join(quantities[1:])}:",
-        "# one value for each row of the reference, or for each of its own values, control = [0, 0.001, 0.002].",
+        "# strains as logarithmic fractions, stresses in Pa, compression and shortening positive; one value for each row of the reference.",
         f"function   = {_ASKED}",
+        f"# Where it has values of {quantities[0]} of its own, these are:",
+        "# control    = [0, 0.001, 0.002]",
     ]
 
 
 def _output(quantities: list[str], file: list[str]) -> list[str]:
     """file: the lines of what the output is called."""
+    strains = [name for name in quantities if name in STRAINS]
     return [
         "",
         "[experiment.model.output]",
         *file,
-        "# Which of its columns is this, by header or number?",
+        "# Which of its columns is this, by header or number? An expression of headers is one too, such as '1 + q / 100e3'.",
         f"columns    = {{ {', '.join(f'{name} = {_ASKED}' for name in quantities)} }}",
         "# { column = 'ezz', unit = '%', sign = -1 } says a unit and turns the sign: compression and shortening are positive.",
+        *(["# How does it give strains: engineering or logarithmic?", f"strain     = {_ASKED}"] if strains else []),
     ]

@@ -20,6 +20,9 @@ class Section(BaseModel):
     called: ClassVar[str] = ""
     """The table's name in the file, where it has one of its own: keys that stand in another table are pointed to it."""
 
+    INSTEAD: ClassVar[dict[str, str]] = {}
+    """Of keys that people look for here, what is written instead."""
+
     MOST: ClassVar[dict[str, float]] = {}
     """Of some keys the largest number, or the most elements of a list, that anybody can mean."""
 
@@ -36,6 +39,8 @@ class Section(BaseModel):
             raise mistake(f" must be a table with {', '.join(cls.model_fields)}, not {show(table)}")
         for key in table:
             if key not in cls.model_fields:
+                if key in cls.INSTEAD:
+                    raise mistake(f".{key} is not a key that is known here: {cls.INSTEAD[key]}")
                 if elsewhere := [table.called for table in Section.__subclasses__() if table.called and key in table.model_fields]:
                     raise mistake(f".{printable(key, LONGEST_NAME)} is not a key that is known here, it belongs under {' or '.join(elsewhere)}")
                 raise mistake(

@@ -97,6 +97,14 @@ class CommandModel(Model):
         """The parameters that the program is not told: neither by an argument nor by a file or the environment."""
         return self._work(parameters, at).inputs.unread(parameters)
 
+    @property
+    def not_linked(self) -> list[str]:
+        """The arguments that are files in the model's folder, and that an evaluation's folder does not see."""
+        seen = {PurePosixPath(name).name for name in (*self.link, *self.templates)}
+        return [
+            word for word in self.command if word and PurePosixPath(word).name not in seen and not Path(word).is_absolute() and (self.folder / word).is_file()
+        ]
+
     def in_folder(self, folder: Path) -> CommandModel:
         """The same, whose evaluations keep their files there; what a killed process left of some is removed. Raises OSError."""
         folders = replace(self.folders, root=folder)

@@ -150,17 +150,17 @@ class Output:
             if not known or np.max(along[:known]) < at[-1]:
                 return Failure("not_finite", f"{control} is {along[known]} in row {1 + known} of those that are read, before it reaches {at[-1]:g}.")
             values, along = {name: each[:known] for name, each in values.items()}, along[:known]
-        kept = ~(turned_back(along) | repeated(along))
+        whole, kept = along, ~(turned_back(along) | repeated(along))
         details = {LEFT_OUT: float(np.count_nonzero(~kept))}
         along, values = along[kept], {name: each[kept] for name, each in values.items() if name != control}
         along = _with_rounded_ends(along, at)
         # It may cover the reference, by its first hundredth.
         if control in STRAINS and along[-1] > IMPOSSIBLE and along[-1] > at[-1] * PERCENT / 3:
-            return Failure("unreadable", f"{control} reaches {along[-1]:g}, and the reference {at[-1]:g}{_uncovered(along, at, control, kept)}.", details)
+            return Failure("unreadable", f"{control} reaches {along[-1]:g}, and the reference {at[-1]:g}{self._uncovered(along, at, control, whole)}.", details)
         if not covers(along, at):
             return Failure(
                 "incomplete",
-                f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}{_uncovered(along, at, control, kept)}.",
+                f"the output covers {control} {span(along)}, and the reference goes from {at[0]:g} to {at[-1]:g}{self._uncovered(along, at, control, whole)}.",
                 details,
             )
         # The states from the last before the reference to the first behind it.
@@ -171,20 +171,24 @@ class Output:
                 return Failure("not_finite", f"{name} is {each[within][np.argmin(finite)]} at {control} {along[within][np.argmin(finite)]:g}.", details)
         return interpolate(Response(along, values, details, control), at)
 
-
-def _uncovered(along: NDArray[np.float64], at: NDArray[np.float64], control: str, kept: NDArray[np.bool_]) -> str:
-    """What is most likely behind an output that does not cover the reference, as the end of a sentence; empty where nothing is."""
-    if control in STRAINS and at[-1] * PERCENT / 3 < along[-1] < at[-1] * PERCENT * 3:
-        return f': the program\'s strain may be in percent, and is then named with its unit, such as "{control} [%]", in output.columns'
-    if control in STRAINS and along[-1] * PERCENT / 3 < at[-1] < along[-1] * PERCENT * 3:
-        return ": the program's strain may be a fraction, and is taken as percent"
-    if np.count_nonzero(~kept) > len(kept) / 2:
-        return f": {np.count_nonzero(~kept)} of its {len(kept)} rows are left out, where {control} does not exceed that of an earlier row; where or first_row chooses the rows that are read"
-    if along[0] > at[0] and along[-1] >= at[-1]:
-        return ": it begins too late, and the program should write its first state too, before anything is strained"
-    if along[-1] < at[-1] and along[0] <= at[0]:
-        return ": it ends too early"
-    return ""
+    def _uncovered(self, along: NDArray[np.float64], at: NDArray[np.float64], control: str, whole: NDArray[np.float64]) -> str:
+        """What is most likely behind an output that does not cover the reference, as the end of a sentence; empty where nothing is. whole: the control with the rows that are left out."""
+        if control in STRAINS and at[-1] * PERCENT / 3 < along[-1] < at[-1] * PERCENT * 3:
+            return f': the program\'s strain may be in percent, and is then named with its unit, such as "{control} [%]", in output.columns'
+        if control in STRAINS and along[-1] * PERCENT / 3 < at[-1] < along[-1] * PERCENT * 3:
+            return ": the program's strain may be a fraction, and is taken as percent"
+        left_out = len(whole) - len(along)
+        if control in STRAINS and whole.min() < 0 and -whole.min() > whole.max():
+            return f": it goes to {whole.min():.3g}, and shortening is positive here: sign = -1 of its column in output.columns turns it"
+        if left_out > len(whole) / 2:
+            return f": {left_out} of its {len(whole)} rows are left out, where {control} does not exceed that of an earlier row; where or first_row chooses the rows that are read"
+        if along[0] > at[0] and along[-1] >= at[-1]:
+            return ": it begins too late, and the program should write its first state too, before anything is strained"
+        if along[-1] < at[-1] and along[0] <= at[0]:
+            engineering = Conventions({}, {}, self.strain, {}).is_engineering(control)
+            enough = control in STRAINS and not engineering and along[-1] < 1 and -np.log1p(-along[-1]) >= at[-1]
+            return ": it ends too early" + (', unless its strain is engineering, which strain = "engineering" beside output.columns says' if enough else "")
+        return ""
 
 
 def _with_rounded_ends(along: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
