@@ -22,6 +22,7 @@ from graincal.report.tables import Table
 
 _DOUBTS = 2
 """As many doubts as stand on the first screen; all stand below."""
+_BEYOND = "answer-outside-interval"
 _TITLES = {"yade": "YADE", "lammps": "LAMMPS", "pfc": "PFC"}
 
 
@@ -44,10 +45,7 @@ def compose_first_screen(page: Page, result: Record, emulated: Emulated | None, 
             )
             page.table(of_answer(result, emulated))
             if result.answer:
-                page.paragraph(
-                    ["The answer fits best under the errors of measurement alone. The interval counts all errors, so the answer need not lie in its middle."],
-                    "note",
-                )
+                page.paragraph([_answer_and_interval(result)], "note")
         _compose_lines(page, result)
 
 
@@ -67,10 +65,18 @@ def state(result: Record) -> list[str]:
 
 def doubts(result: Record, emulated: Emulated | None) -> list[str]:
     """Why not to trust it, the first few."""
-    # That the posterior has not settled is the state, which stands before.
-    found = [each.text for each in remarks(result, emulated.known if emulated else None) if each.level == "doubt" and each.code != "preliminary"]
+    # That the posterior has not settled is the state, which stands before; an answer beyond its interval is said below both.
+    elsewhere = ("preliminary", _BEYOND)
+    found = [each.text for each in remarks(result, emulated.known if emulated else None) if each.level == "doubt" and each.code not in elsewhere]
     more = len(found) - _DOUBTS
     return found[:_DOUBTS] + ([f"{numbers.count(more, 'more doubt')}, under “What was found”."] if more > 0 else [])
+
+
+def _answer_and_interval(result: Record) -> str:
+    """How the two come to differ, and where the one is beyond the other."""
+    said = "The answer fits best under the errors of measurement alone. The interval counts all errors, so the answer need not lie in its middle."
+    beyond = [remark.text for remark in remarks(result) if remark.code == _BEYOND]
+    return " ".join([said, *beyond])
 
 
 def command_from_anywhere(result: Record) -> str | None:
