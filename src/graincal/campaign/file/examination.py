@@ -167,6 +167,7 @@ def examine(path: str | Path, more_runs: Sequence[Path] = (), *, proposed: Propo
         unread = [
             Doubt("unread-so-far", f"the file cannot be read before its questions are answered: {each.removeprefix(f'{path}: ')}")
             for each in str(error).splitlines()
+            if not _is_asked(each.removeprefix(f"{path}: "), questions)
         ]
         left, said = _by_level([*unread, *marks])
         return Examination(questions=questions, problems=left, notes=said)
@@ -241,6 +242,14 @@ def _examined(entry: ExperimentEntry, folder: Path, file: CalibrationFile, quest
         raise InputError(f'experiment "{entry.name}": {error}') from error
     thin = file.filter.method == POSTERIOR if file.filter.thin is None else file.filter.thin
     return Examined(entry, reference, len(Thinning.of(reference, thin).kept.control), questions)
+
+
+def _is_asked(mistake: str, questions: Sequence[OpenQuestion]) -> bool:
+    """Whether a mistake is that of a key that has no answer yet, or of a table that holds nothing else."""
+    key, found, _ = mistake.partition(" is missing")
+    if not found:
+        key, found, _ = mistake.partition(" must be ")
+    return bool(found) and any(question.place == key or question.place.startswith(f"{key}.") for question in questions)
 
 
 def _read_so_far(file: CalibrationFile, folder: Path, questions: Sequence[OpenQuestion]) -> tuple[list[Examined], list[Doubt]]:

@@ -97,8 +97,8 @@ def _output(quantities: list[str], file: list[str]) -> list[str]:
         "",
         "[experiment.model.output]",
         *file,
+        *(["# How does it give strains: engineering or logarithmic?", f"strain     = {_ASKED}"] if strains else []),
         "# Which of its columns is this, by header or number? An expression of headers is one too, such as '1 + q / 100e3'.",
         f"columns    = {{ {', '.join(f'{name} = {_ASKED}' for name in quantities)} }}",
         "# { column = 'ezz', unit = '%', sign = -1 } says a unit and turns the sign: compression and shortening are positive.",
-        *(["# How does it give strains: engineering or logarithmic?", f"strain     = {_ASKED}"] if strains else []),
     ]
