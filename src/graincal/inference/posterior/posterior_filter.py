@@ -37,8 +37,11 @@ from graincal.inference.sampling.samples import replicates
 # The runs at the answer that end a calibration: their mean and their spread say more than the luckiest run.
 REPLICATES = 3
 
-# The limit on evaluations that is not set otherwise: so many a parameter, or so many times the first batch.
-EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 5
+# Samples of the first batch for each parameter where every run counts. More are there to fill the ranges.
+FIRST_PER_PARAMETER = 4
+
+# The limit on evaluations that is not set otherwise: so many a parameter, or so many times a first batch that fills the ranges.
+EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 10
 
 # Runs grow by this part before the posterior is looked at again.
 GROWTH = 0.25
@@ -75,7 +78,7 @@ class PosteriorFilter(AskTellFilter):
     `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
     `known`: runs of the same models that were made before; the first batch then fills what they leave open, and is 2 n samples at the least.
-    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n or five first batches if it is not set. `seed` is a whole number, not negative.
+    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set, and ten first batches where these are of more than 4 n. `seed` is a whole number, not negative.
     `siblings`: for each reference, how its model can be run on packings like its own (`Siblings`), or None where it cannot: once the first batch is told, `places` says where they
     are to be run, and nothing is learnt before `tell_packings` says what they gave.
     `looks`: what was found before by a look at so many evaluations, so that it is not taken again, or None; of the same arguments and evaluations. Raises InputError for arguments that cannot be used.
@@ -103,7 +106,7 @@ class PosteriorFilter(AskTellFilter):
     ) -> None:
         self.space = space
         references = (references,) if isinstance(references, Reference) else tuple(references)
-        self.first_batch = 4 * space.size if first_batch is None else first_batch
+        self.first_batch = FIRST_PER_PARAMETER * space.size if first_batch is None else first_batch
         self.batch = batch
         self.ahead = ahead
         self.emulator = emulator
@@ -176,8 +179,14 @@ class PosteriorFilter(AskTellFilter):
     def most_evaluations(self) -> int | None:
         """The limit on evaluations; None for no limit."""
         if self.stop.max_evaluations is False:
-            return max(EVALUATIONS_PER_PARAMETER * self.space.size, FIRST_BATCHES * self.first_batch) if self.emulator else None
+            few = EVALUATIONS_PER_PARAMETER * self.space.size
+            return max(few, FIRST_BATCHES * self.first_batch if self._fills else few) if self.emulator else None
         return self.stop.max_evaluations
+
+    @property
+    def _fills(self) -> bool:
+        """Whether runs are so cheap that the first batch is there to fill the ranges."""
+        return self.first_batch > FIRST_PER_PARAMETER * self.space.size
 
     @property
     def finished(self) -> bool:
