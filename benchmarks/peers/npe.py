@@ -5,6 +5,8 @@ Its defaults, but for rounds. What it learns from are curves with errors as the 
 """
 
 import logging
+import os
+import tempfile
 import warnings
 
 import numpy as np
@@ -19,6 +21,8 @@ SAMPLES = 4000
 def calibrate(task, seed):
     warnings.simplefilter("ignore")
     logging.disable(logging.WARNING)
+    # It writes logs where it runs.
+    os.chdir(tempfile.mkdtemp(prefix="graincal-sbi-"))
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(seed)

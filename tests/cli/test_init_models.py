@@ -55,7 +55,7 @@ def test_the_file_can_be_checked_as_soon_as_its_questions_are_answered(call, lab
     assert called.code == 0 and "of your simulator too" in called.out, called.err
     text = file.read_text(encoding="utf-8")
     asked = call("check", file)
-    assert asked.code == 2 and "parameters.parameter_1.range is an open question" in asked.out and "kind" not in asked.out
+    assert asked.code == 2 and "parameters.parameter_1.range is an open question" in asked.out and "is missing" not in asked.out and "kind" not in asked.out
     for question, answer in ANSWERED.items():
         text = text.replace(question, answer)
     assert '= "?"' not in text
@@ -171,9 +171,14 @@ def with_control(call, lab, control):
 
 
 def test_a_function_of_its_own_strains_is_drawn_at_those_of_the_reference(call, lab):
-    file = with_control(call, lab, [round(0.004 * k, 4) for k in range(31)])
+    # As many values as the reference has rows, and to 20 %, where the reference ends at 10 %.
+    file = with_control(call, lab, [round(0.02 * k, 4) for k in range(11)])
+    model = lab.parent / "model.py"
+    model.write_text(model.read_text().replace("0.1 * E * (E < 0.05)", "0.1 * E"))
     checked = call("check", file, "--run", "--plot", lab.parent / "run.png")
-    assert checked.code == 0 and "stress_ratio" in checked.out, checked.out + checked.err
+    assert checked.code == 0 and "0 to 0.01\n" in checked.out and "0.02" not in checked.out.split("The first sample")[1].split("Notes")[0], (
+        checked.out + checked.err
+    )
 
 
 def test_strains_of_a_function_in_percent_are_a_problem(call, lab):

@@ -132,3 +132,11 @@ def test_infeasible_parameters_have_the_likelihood_zero():
     zeroed = np.where(impossible, 0, np.exp(other.weighed.log_weights))
     assert filter.log_evidence == pytest.approx(np.log(zeroed.mean()), abs=1e-10)
     assert filter.posterior.weights[impossible].max() == 0
+
+
+def test_the_limit_that_nobody_sets_follows_from_what_fills_the_ranges():
+    space = ParameterSpace({name: (0, 1) for name in "abcde"})
+    reference = Reference(np.linspace(0, 1, 5), {"y": np.ones(5)})
+    limits = [PosteriorFilter(space, reference, first_batch=first).most_evaluations for first in (None, 10, 20, 21, 68)]
+    assert limits == [100, 100, 100, 210, 680]
+    assert PosteriorFilter(space, reference, first_batch=68, stop=Stop(max_evaluations=300)).most_evaluations == 300

@@ -22,6 +22,7 @@ from graincal.inference.likelihood.packings import Siblings
 from graincal.inference.posterior.emulation import Found
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.posterior.knowledge import Knowledge
+from graincal.inference.posterior.posterior_filter import FIRST_PER_PARAMETER
 from graincal.inference.sampling.samples import halton
 from graincal.laboratory.vocabulary import did_you_mean_observable
 from graincal.models import ByHandModel, Model, StressPathTest
@@ -116,8 +117,9 @@ class Calibration:
         work = FILLING_SECONDS / self.expected_seconds if self.expected_seconds else self._filling_of_the_engine()
         if work is None:
             return None
-        count = int(np.clip(work, 4 * n, MOST_FILLING * n))
-        return count if most is False else int(np.clip(count, 4 * n, max(4 * n, most // 3)))
+        few = FIRST_PER_PARAMETER * n
+        count = int(np.clip(work, few, MOST_FILLING * n))
+        return count if most is False else int(np.clip(count, few, max(few, most // 3)))
 
     def _filling_of_the_engine(self) -> float | None:
         """How many of the built-in engine's runs are FILLING particle-steps; None for other models."""
