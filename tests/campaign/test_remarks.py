@@ -105,6 +105,7 @@ LEARNT = [
         "apart": (np.nan,),
         "fits_about_as_well": LikelyRuns(2, (20.0, 0.2, 0.1), (30.0, 0.3, 0.9), -10.0, 3),
     },
+    {"doubt": 0.1, "confirmed": 1.0, "siblings": (6,), "apart": (1.0,), "fits_about_as_well": LikelyRuns(200, (20.0, 0.1, 0.1), (40.0, 0.4, 0.9), -30.0, 3, 12.0)},
     {"doubt": 0.1, "confirmed": 0.1, "siblings": (), "apart": (), "fits_about_as_well": None},
 ]
 KNOWN = [None, ByEmulators(0.05, 1.0), ByEmulators(0.3, 9.0), ByEmulators(0.9, 0.01, (0.7, 0.3))]
@@ -176,6 +177,8 @@ def test_no_state_is_said_anything_of_that_contradicts_itself(result):
             assert ("not-settled" in codes) is not settled and ("settled" in codes) is settled
         if not settled:
             assert not any(words in texts for words in ("is identified:", "Identified:", "eakly identified", "ot identified"))
+        fits = state.fits_about_as_well
+        assert ("one run by itself tells little" in texts) is (fits is not None and fits.enough and fits.scattered)
         if "would narrow" in texts:
             assert known.unsure > MUCH_UNSURE and not settled and state.found.coverage >= LEAST_COVERAGE
         assert not ("too narrow" in texts and "Intervals are wider" in texts)

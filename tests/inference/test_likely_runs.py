@@ -46,6 +46,11 @@ def test_runs_at_the_answer_say_how_well_others_have_to_fit():
     responses = np.concatenate([theta[:-3], np.sqrt(2 * np.array([[0, 0], [2, 0], [4, 0]]))])
     fits = likely(evaluated(theta, responses), at_answer=3)
     assert fits.repeated == 3 and fits.high[0] == pytest.approx(np.sqrt(12), abs=0.05) and fits.high[0] <= np.sqrt(12)
+    assert fits.deviation == pytest.approx(2.0) and not fits.scattered
+    # Four times as far apart, one run by itself tells little: the deviation is eight times that of a posterior.
+    apart = np.concatenate([theta[:-3], np.sqrt(2 * np.array([[0, 0], [8, 0], [16, 0]]))])
+    far = likely(evaluated(theta, apart), at_answer=3)
+    assert far.deviation == pytest.approx(8.0) and far.scattered
     # Runs there that are alike tell nothing of it, nor does a single one; and runs there count though they fit worse.
     alike = np.concatenate([theta[:-3], np.full((3, 2), 3.0) + 1e-6 * np.arange(3)[:, None]])
     there = likely(evaluated(alike, alike), at_answer=3)

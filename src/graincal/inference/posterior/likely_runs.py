@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,13 +24,16 @@ UNBIASED = (np.nan, np.nan, 1.196, 1.495, 1.363, 1.206, 1.200, 1.140, 1.129, 1.1
 HARDLY = 0.1
 """Of the standard deviation that a posterior has by itself: runs at one place whose log likelihoods differ by less do not tell how well others have to fit."""
 
+SCATTERED = 3.0
+"""Times the standard deviation that a posterior has by itself: where runs at one place differ by more, nearly any run may fit as well as some run at the answer."""
+
 
 @dataclass(frozen=True)
 class LikelyRuns:
     """count: how many there are. low, high (n,): the ends of the values that they have, of each parameter.
 
     least: the log likelihood from which a run is one of them. repeated: how many runs at the answer that was found by; 0 where it is by the most likely run, for the answer has
-    not been run again yet, or the runs there hardly differ.
+    not been run again yet, or the runs there hardly differ. deviation: the standard deviation of the log likelihood, of which `least` is WITHIN below; NaN in what earlier versions stored.
     """
 
     count: int
@@ -37,6 +41,12 @@ class LikelyRuns:
     high: tuple[float, ...]
     least: float
     repeated: int
+    deviation: float = math.nan
+
+    @property
+    def scattered(self) -> bool:
+        """Whether the runs at the answer scatter so much that one run by itself tells little of the parameters."""
+        return self.repeated > 0 and self.deviation > SCATTERED * math.sqrt(len(self.low) / 2)
 
     @property
     def enough(self) -> bool:
@@ -63,7 +73,7 @@ def likely_runs(evaluations: Evaluations, references: Sequence[Reference], error
     middle, deviation = (np.median(logs[there]), max(deviation, own)) if tells else (logs.max(), own)
     least = middle - WITHIN * deviation
     theta = evaluations.theta[(logs >= least) | there]
-    return LikelyRuns(len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0)
+    return LikelyRuns(len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0, float(deviation))
 
 
 def _deviation(values: NDArray[np.float64]) -> float:
