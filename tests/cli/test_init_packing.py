@@ -121,6 +121,8 @@ def test_pack_takes_a_relative_density(call, tmp_path):
     called = call("pack", "--relative-density", "0.7", *FEW, "-o", file)
     assert called.code == 0 and "of the relative density 0.7: such spheres pack between" in called.out, called.err
     assert f"(asked for {found.void_ratio(0.7):.4g}" in called.out
+    quiet = call("pack", "--relative-density", "0.7", "--quiet", *FEW, "-o", tmp_path / "quiet.csv")
+    assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
     for options in ((), ("--void-ratio", "0.6", "--relative-density", "0.7")):
         refused = call("pack", *options, *FEW, "-o", tmp_path / "other.csv")
         assert refused.code == 1 and "one of --void-ratio and --relative-density was expected" in refused.err

@@ -39,7 +39,7 @@ def pack(
     from graincal.dem.preparation import comment, prepare, reach, write_whole
 
     check_file(output)
-    void_ratio, asked = _asked(particles, grading, void_ratio, relative_density)
+    void_ratio, asked = _asked(particles, grading, void_ratio, relative_density, quiet)
     packing = prepare(particles, void_ratio, grading, seed)
     try:
         write_whole(packing, output, comment(void_ratio, grading, seed))
@@ -59,7 +59,7 @@ def pack(
         say(f"Written to {output}.")
 
 
-def _asked(particles: int, grading: str, void_ratio: float | None, relative_density: float | None) -> tuple[float, str]:
+def _asked(particles: int, grading: str, void_ratio: float | None, relative_density: float | None, quiet: bool) -> tuple[float, str]:
     """The void ratio that is asked for, and in words what was. Raises InputError where it is neither or both, or where no packing has such a relative density."""
     from graincal.cli.preparing import check_relative_density, reach_of
 
@@ -68,7 +68,7 @@ def _asked(particles: int, grading: str, void_ratio: float | None, relative_dens
     if relative_density is None or void_ratio is not None:
         raise InputError("pack: one of --void-ratio and --relative-density was expected.")
     check_relative_density(relative_density)
-    found = reach_of(particles, grading)
+    found = reach_of(particles, grading, quiet=quiet)
     # Of one seed, so that packings of other seeds have the same void ratio.
     void_ratio = round(found.void_ratio(relative_density), 4)
     return void_ratio, f"{void_ratio:g}, of the relative density {relative_density:g}: such spheres pack {found.in_words}"

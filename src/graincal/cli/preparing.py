@@ -90,9 +90,10 @@ def _found(reach: Reach, particles: int) -> str:
     return f"They pack {reach.in_words}: found by packing {reach.particles} of them with the friction angle of 45° and without friction{about}."
 
 
-def reach_of(particles: int, grading: str) -> Reach:
+def reach_of(particles: int, grading: str, *, quiet: bool = False) -> Reach:
     """The void ratios that a grading packs to, which is said where it may take some seconds."""
     from graincal.dem.preparation import reach
 
-    say(f"Looking up what void ratios grading {grading} packs to, the first time some seconds ...", err=True)
+    if not quiet:
+        say(f"Looking up what void ratios grading {grading} packs to, the first time some seconds ...", err=True)
     return reach(particles, grading, SEED)
