@@ -13,7 +13,7 @@ from graincal.campaign.file.doubts import doubts
 from graincal.campaign.found.packings import STUDY
 from graincal.campaign.found.status import status
 from graincal.data import InputError
-from graincal.inference.likelihood.packings import PLACES, SIBLINGS
+from graincal.inference.likelihood.packings import PLACES, REPEATS, SIBLINGS
 from graincal.models import StressPathTest
 from graincal.report import prediction
 
@@ -25,6 +25,7 @@ pytestmark = pytest.mark.usefixtures("fewer_draws")
 TRUTH = (32.0, 0.3)
 ERRORS = {"stress_ratio": 0.01, "volumetric_strain": 3e-4}
 SPACE = gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)}, units={"phi": "deg"})
+RUNS = SIBLINGS * PLACES * REPEATS
 FIXED = {"log_E": 8, "nu": 0.2, "beta_m": 0.1}
 
 
@@ -75,7 +76,7 @@ def test_how_many_packings_are_prepared_is_said_now_and_then(engine, tmp_path, m
 
 def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
     result = calibrate(tmp_path / "campaign")
-    assert engine.runs == SIBLINGS * PLACES and engine.prepared == 1
+    assert engine.runs == RUNS and engine.prepared == 1
     assert result.evaluations == len(result.samples) == status(tmp_path / "campaign")["evaluations"] and result.ids.min() == 0
     (scatter,) = result.knowledge.packings
     assert result.learnt[-1].siblings == (scatter.packings,) == (SIBLINGS,) and result.learnt[-1].apart == (scatter.apart,)
@@ -83,7 +84,7 @@ def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
     last = frictional.STRAIN[-1] * np.unique(result._store.samples(STUDY).theta[:, 0]) / 10
     assert np.sqrt(scatter.covariance[19, 19]) == pytest.approx(np.std(0.05 * np.arange(6), ddof=1) * np.sqrt(np.mean(last**2)), rel=0.1)
     alone = calibrate(packing_scatter=False)
-    assert engine.runs == SIBLINGS * PLACES
+    assert engine.runs == RUNS
     assert result.posterior.std()[0] > 1.5 * alone.posterior.std()[0]
     again = gc.Result.read(tmp_path / "campaign")
     np.testing.assert_array_equal(again.knowledge.packings[0].covariance, scatter.covariance)
@@ -99,7 +100,7 @@ def test_broken_off_within_it_a_campaign_ends_as_if_it_never_was(engine, tmp_pat
     engine.breaks_at = np.inf
     resumed = gc.resume(tmp_path / "campaign")
     # The five that had ended are kept.
-    assert engine.runs == 6 + SIBLINGS * PLACES - 5
+    assert engine.runs == 6 + RUNS - 5
     np.testing.assert_array_equal(resumed.samples, whole.samples)
     np.testing.assert_array_equal(resumed.posterior.samples, whole.posterior.samples)
     np.testing.assert_array_equal(resumed.posterior.weights, whole.posterior.weights)
@@ -122,7 +123,7 @@ def test_where_no_packing_can_be_prepared_that_is_said_and_left_out(engine, tmp_
 def test_a_campaign_that_goes_on_does_not_run_it_again(engine, tmp_path):
     calibrate(tmp_path / "campaign")
     more = gc.resume(tmp_path / "campaign", max_iterations=4)
-    assert engine.runs == SIBLINGS * PLACES and len(more._store.samples(STUDY)) == SIBLINGS * PLACES
+    assert engine.runs == RUNS and len(more._store.samples(STUDY)) == RUNS
     whole = calibrate(stop=gc.Stop(max_iterations=4))
     np.testing.assert_array_equal(more.posterior.weights, whole.posterior.weights)
 

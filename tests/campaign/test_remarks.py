@@ -105,7 +105,13 @@ LEARNT = [
         "apart": (np.nan,),
         "fits_about_as_well": LikelyRuns(2, (20.0, 0.2, 0.1), (30.0, 0.3, 0.9), -10.0, 3),
     },
-    {"doubt": 0.1, "confirmed": 1.0, "siblings": (6,), "apart": (1.0,), "fits_about_as_well": LikelyRuns(200, (20.0, 0.1, 0.1), (40.0, 0.4, 0.9), -30.0, 3, 12.0)},
+    {
+        "doubt": 0.1,
+        "confirmed": 1.0,
+        "siblings": (6,),
+        "apart": (1.0,),
+        "fits_about_as_well": LikelyRuns(200, (20.0, 0.1, 0.1), (40.0, 0.4, 0.9), -30.0, 3, 12.0),
+    },
     {"doubt": 0.1, "confirmed": 0.1, "siblings": (), "apart": (), "fits_about_as_well": None},
 ]
 KNOWN = [None, ByEmulators(0.05, 1.0), ByEmulators(0.3, 9.0), ByEmulators(0.9, 0.01, (0.7, 0.3))]

@@ -292,9 +292,9 @@ def _course(calibration: Calibration, limits: Limits, samples: int, first_round:
 
 def _on_siblings(seconds: float) -> str:
     """What runs on packings like each one cost. seconds: of one place."""
-    from graincal.inference.likelihood.packings import PLACES, SIBLINGS
+    from graincal.inference.likelihood.packings import PLACES, REPEATS, SIBLINGS
 
-    runs = SIBLINGS * PLACES
+    runs = SIBLINGS * PLACES * REPEATS
     return f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by{_about(seconds * runs)}; to prepare these once takes minutes."
 
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from graincal.data import Failure, Response, Samples
-from graincal.inference.likelihood.packings import SIBLINGS
+from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
+from graincal.inference.likelihood.packings import REPEATS, SIBLINGS
+from graincal.inference.sampling.samples import replicates
 
 if TYPE_CHECKING:
     from graincal.campaign.asked.experiment import Experiment
@@ -31,21 +32,26 @@ def studied(store: Store) -> bool:
 
 
 def packings_told(store: Store, experiments: Sequence[Experiment]) -> tuple[NDArray[np.float64], list[NDArray[np.float64] | None]]:
-    """What the store holds of runs on siblings, as a filter is told: places, and responses for each experiment."""
+    """What the store holds of runs on siblings, as a filter is told: places, and responses for each experiment. Raises InputError where an earlier version stored them."""
     samples = store.samples(STUDY)
-    return samples.theta[::SIBLINGS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)]
+    if len(samples) % (SIBLINGS * REPEATS):
+        raise InputError(
+            f'{store.folder}: an earlier version of graincal found out what packings differ by, from single runs of each, which is too little; begin the calibration again in another folder, with runs = ["{store.folder}"] under [filter] to learn from its runs.'
+        )
+    return samples.theta[:: SIBLINGS * REPEATS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)]
 
 
-def samples_at(places: NDArray[np.float64], names: tuple[str, ...]) -> Samples:
-    """Each place once for each sibling, which a model chooses by the id."""
-    return Samples(np.arange(-len(places) * SIBLINGS, 0, dtype=np.int64), np.repeat(places, SIBLINGS, axis=0), names)
+def samples_at(places: NDArray[np.float64], space: ParameterSpace) -> Samples:
+    """Each place so many times for each sibling, which a model chooses by the id."""
+    theta = np.concatenate([replicates(place, REPEATS, space) for place in places])
+    return Samples(np.arange(-len(theta) * SIBLINGS, 0, dtype=np.int64), np.repeat(theta, SIBLINGS, axis=0), space.names)
 
 
 def _responses(samples: Samples, store: Store, number: int, experiment: Experiment) -> NDArray[np.float64] | None:
-    """What siblings gave at each place, (S, P, T, J), NaN where there is no response; None where nothing was run."""
+    """What siblings gave at each place, (S, P, R, T, J), NaN where there is no response; None where nothing was run."""
     outcomes = [store.outcome(int(id), number) for id in samples.ids]
     if not any(isinstance(outcome, (Response, Failure)) for outcome in outcomes):
         return None
     nothing = np.full(experiment.reference.values.shape, np.nan)
     found = np.array([experiment.observables(outcome) if isinstance(outcome, Response) else nothing for outcome in outcomes])
-    return np.swapaxes(found.reshape(-1, SIBLINGS, *found.shape[1:]), 0, 1)
+    return np.moveaxis(found.reshape(-1, REPEATS, SIBLINGS, *found.shape[1:]), 2, 0)

@@ -130,7 +130,9 @@ def _fitting(result: Record, known: ByEmulators | None) -> list[Remark]:
     )
     fit = f"{numbers.count(fits.count, 'run')} fit{'s' * (fits.count == 1)} about as well as {_measured_by(fits)}"
     if fits.enough:
-        alone = " Runs at the answer scatter so much that one run by itself tells little; the posterior learns from all runs together." if fits.scattered else ""
+        alone = (
+            " Runs at the answer scatter so much that one run by itself tells little; the posterior learns from all runs together." if fits.scattered else ""
+        )
         return [remark("fits-about-as-well", f"{fit}: {values}. These were run; values between and beside them may fit as well.{alone}", **figures)]
     return [remark("few-fit-about-as-well", f"{fit}: {values}. They are too few to outline a range of {numbers.count(len(fits.low), 'parameter')}.", **figures)]
 

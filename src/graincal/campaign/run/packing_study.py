@@ -27,7 +27,7 @@ def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
     """Run what the filter wants to be run on siblings of each experiment's packing, as far as the store does not hold it, and tell it."""
     calibration, store, listeners = evaluations.calibration, evaluations.store, evaluations.listeners
     assert filter.places is not None, "it waits for what runs at these places give"
-    samples = samples_at(filter.places, calibration.space.names)
+    samples = samples_at(filter.places, calibration.space)
     store.ask(STUDY, samples, len(calibration.experiments))
     for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):
         waiting = samples.take(np.isin(samples.ids, store.waiting(STUDY, number, by_itself=True)))

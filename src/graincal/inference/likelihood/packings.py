@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from graincal.data import ParameterSpace
 from graincal.inference.likelihood.reduction import columns
 
-SIBLINGS, PLACES = 6, 3
-"""Packings like the calibration's own, and places where they are run. What two packings differ by hardly changes from place to place (docs/posterior.md): more packings tell
-more than more places."""
+SIBLINGS, PLACES, REPEATS = 6, 3, 2
+"""Packings like the calibration's own, places where they are run, and how often each is run there. Near a good fit, what two packings differ by hardly changes from place to place
+(docs/posterior.md): more packings tell more than more places. Two runs at one place tell what runs scatter by."""
 
 FEWEST = 4
 """Packings that came to a response at a place, for that one to count."""
@@ -75,46 +75,48 @@ def places(space: ParameterSpace, theta: NDArray[np.float64], errors: NDArray[np
 
 
 def packing_scatter(responses: NDArray[np.float64], own: NDArray[np.float64], control: NDArray[np.float64], siblings: Siblings) -> PackingScatter | None:
-    """From responses of siblings (S, P, T, J) at P places, NaN where there is none, and of the calibration's own packing (P, T, J). None where too few came to an end.
+    """From responses of siblings (S, P, R, T, J), R runs of each at P places, NaN where there is none, and of the calibration's own packing (P, T, J). None where too few came to an end.
 
     The covariance found is shrunk towards a smooth one with the same variances, for a few packings have few directions.
     """
-    known: NDArray[np.bool_] = np.all(np.isfinite(responses), axis=(2, 3))
-    usable = np.flatnonzero(known.sum(axis=0) >= FEWEST)
+    curves = columns(responses)
+    known: NDArray[np.bool_] = np.all(np.isfinite(curves), axis=3)
+    runs = known.sum(axis=2)  # (S, P)
+    usable = np.flatnonzero((runs > 0).sum(axis=0) >= FEWEST)
     if not len(usable):
         return None
+    curves = np.where(known[..., None], curves, 0.0)
+    means = curves.sum(axis=2) / np.maximum(runs, 1)[..., None]
+    of_runs = _of_runs(curves, means, known)
     found, degrees, apart = np.zeros(()), 0, []
     for place in usable:
-        curves = columns(responses[known[:, place], place])
-        middle, count = curves.mean(axis=0), len(curves)
-        found = found + (curves - middle).T @ (curves - middle)
+        there = runs[:, place] > 0
+        each, count = means[there, place], int(there.sum())
+        middle = each.mean(axis=0)
+        found = found + (each - middle).T @ (each - middle)
         degrees += count - 1
         if np.isfinite(own[place]).all():
-            variance = np.var(curves, axis=0, ddof=1) * (1 + 1 / count)
+            # The mean of some runs scatters less than the one run of the own packing.
+            in_means = np.mean(1 / runs[there, place])
+            variance = np.var(each, axis=0, ddof=1) * (1 + 1 / count) + of_runs * (1 - in_means)
             varies = variance > 0
             apart.append(np.sqrt(np.mean((columns(own[place]) - middle)[varies] ** 2 / variance[varies])))
     found = found / degrees
-    share = _between(responses[:, usable][known[:, usable].all(axis=1)])
-    if share is not None:
-        found = share[:, None] * found * share
-    runs = max(known[:, place].sum() for place in usable) - 1
-    smooth = _smooth(np.sqrt(np.diag(found)), control, responses.shape[3])
-    covariance = (runs * found + PRIOR_RUNS * smooth) / (runs + PRIOR_RUNS)
-    return PackingScatter(siblings.share * covariance, float(runs), int(known.any(axis=1).sum()), float(np.mean(apart)) if apart else np.nan)
+    between = np.diag(found)
+    in_means = np.mean(1 / runs[:, usable][runs[:, usable] > 0])
+    share = np.sqrt(np.maximum(between - in_means * of_runs, 0) / np.maximum(between, np.finfo(np.float64).tiny))
+    found = share[:, None] * found * share
+    packings = int((runs[:, usable] > 0).sum(axis=0).max()) - 1
+    smooth = _smooth(np.sqrt(np.diag(found)), control, responses.shape[4])
+    covariance = (packings * found + PRIOR_RUNS * smooth) / (packings + PRIOR_RUNS)
+    return PackingScatter(siblings.share * covariance, float(packings), int((runs > 0).any(axis=1).sum()), float(np.mean(apart)) if apart else np.nan)
 
 
-def _between(responses: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Of packings that all came to a response at all places (S, P, T, J): the part of the standard deviation between them at one place that they keep from place to place, (J T,); the rest is what runs
-    scatter by, and the less the more places there are. None for fewer than FEWEST packings, or one place."""
-    packings, places = responses.shape[:2]
-    if packings < FEWEST or places < 2:
-        return None
-    curves = columns(responses)
-    curves = curves - curves.mean(axis=0)
-    kept = curves.mean(axis=1)
-    within = np.sum((curves - kept[:, None]) ** 2, axis=(0, 1)) / ((packings - 1) * (places - 1))
-    between = np.maximum(np.sum(kept**2, axis=0) / (packings - 1) - within / places, 0)
-    return np.sqrt(between / np.maximum(between + within, 1e-300))
+def _of_runs(curves: NDArray[np.float64], means: NDArray[np.float64], known: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The variance of single runs of one packing at one place, (J T,), pooled over packings and places; 0 where none came to a response twice."""
+    degrees = np.maximum(known.sum(axis=2) - 1, 0).sum()
+    apart = np.where(known[..., None], curves - means[:, :, None], 0.0)
+    return np.sum(apart**2, axis=(0, 1, 2)) / max(int(degrees), 1)
 
 
 def _smooth(deviations: NDArray[np.float64], control: NDArray[np.float64], observables: int) -> NDArray[np.float64]:

@@ -76,7 +76,10 @@ class Knowledge:
             None
             if sibling is None or told is None
             else packing_scatter(
-                np.stack([thinning.reduce(each) for each in told]), np.where(own[:, None, None] >= 0, known[own], np.nan), thinning.kept.control, sibling
+                np.array([[thinning.reduce(runs) for runs in each] for each in told]),
+                np.where(own[:, None, None] >= 0, known[own], np.nan),
+                thinning.kept.control,
+                sibling,
             )
             for sibling, told, thinning, known in zip(self.siblings, responses, self.thinnings, self.evaluations.responses)
         )

@@ -73,7 +73,9 @@ def likely_runs(evaluations: Evaluations, references: Sequence[Reference], error
     middle, deviation = (np.median(logs[there]), max(deviation, own)) if tells else (logs.max(), own)
     least = middle - WITHIN * deviation
     theta = evaluations.theta[(logs >= least) | there]
-    return LikelyRuns(len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0, float(deviation))
+    return LikelyRuns(
+        len(theta), tuple(theta.min(axis=0).tolist()), tuple(theta.max(axis=0).tolist()), float(least), int(there.sum()) if tells else 0, float(deviation)
+    )
 
 
 def _deviation(values: NDArray[np.float64]) -> float:

@@ -164,7 +164,7 @@ class PosteriorFilter(AskTellFilter):
         return self._places
 
     def tell_packings(self, theta: NDArray[np.float64], responses: Sequence[NDArray[np.float64] | None]) -> None:
-        """Say what siblings gave at the places theta (P, n), which evaluations were made at too: for each reference (S, P, T, J) at all of its rows, NaN where there is no response; None
+        """Say what siblings gave at the places theta (P, n), which evaluations were made at too: for each reference (S, P, R, T, J), R runs of each, at all of its rows, NaN where there is no response; None
         where none could be run. Then the first batch is learnt from."""
         if self._places is None:
             raise InputError("tell_packings: no runs on other packings are wanted now.")
