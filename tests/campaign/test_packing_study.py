@@ -13,7 +13,7 @@ from graincal.campaign.file.doubts import doubts
 from graincal.campaign.found.packings import STUDY
 from graincal.campaign.found.status import status
 from graincal.data import InputError
-from graincal.inference.likelihood.packings import PLACES, REPEATS, SIBLINGS
+from graincal.inference.likelihood.packings import PLACES, REPEATED, SIBLINGS
 from graincal.models import StressPathTest
 from graincal.report import prediction
 
@@ -25,7 +25,8 @@ pytestmark = pytest.mark.usefixtures("fewer_draws")
 TRUTH = (32.0, 0.3)
 ERRORS = {"stress_ratio": 0.01, "volumetric_strain": 3e-4}
 SPACE = gc.ParameterSpace({"phi": (10, 50), "eta_m": (0, 1)}, units={"phi": "deg"})
-RUNS = SIBLINGS * PLACES * REPEATS
+# Of two runs of some siblings at each place.
+RUNS = PLACES * (SIBLINGS + REPEATED)
 FIXED = {"log_E": 8, "nu": 0.2, "beta_m": 0.1}
 
 

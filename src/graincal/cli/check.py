@@ -292,9 +292,9 @@ def _course(calibration: Calibration, limits: Limits, samples: int, first_round:
 
 def _on_siblings(seconds: float) -> str:
     """What runs on packings like each one cost. seconds: of one place."""
-    from graincal.inference.likelihood.packings import PLACES, REPEATS, SIBLINGS
+    from graincal.inference.likelihood.packings import PLACES, REPEATED, REPEATS, SIBLINGS
 
-    runs = SIBLINGS * PLACES * REPEATS
+    runs = PLACES * (SIBLINGS + REPEATED * (REPEATS - 1))
     return f"{runs} runs more on {SIBLINGS} packings like each one say what packings differ by{_about(seconds * runs)}; to prepare these once takes minutes."
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Failure, InputError, ParameterSpace, Response, Samples
-from graincal.inference.likelihood.packings import REPEATS, SIBLINGS
+from graincal.inference.likelihood.packings import REPEATED, REPEATS, SIBLINGS
 from graincal.inference.sampling.samples import replicates
 
 if TYPE_CHECKING:
@@ -34,24 +34,36 @@ def studied(store: Store) -> bool:
 def packings_told(store: Store, experiments: Sequence[Experiment]) -> tuple[NDArray[np.float64], list[NDArray[np.float64] | None]]:
     """What the store holds of runs on siblings, as a filter is told: places, and responses for each experiment. Raises InputError where an earlier version stored them."""
     samples = store.samples(STUDY)
-    if len(samples) % (SIBLINGS * REPEATS):
+    wanted = _ids(-int(samples.ids.min(initial=0)) // (REPEATS * SIBLINGS))
+    if not np.array_equal(np.sort(samples.ids), wanted):
         raise InputError(
-            f'{store.folder}: an earlier version of graincal found out what packings differ by, from single runs of each, which is too little; begin the calibration again in another folder, with runs = ["{store.folder}"] under [filter] to learn from its runs.'
+            f'{store.folder}: an earlier version of graincal found out what packings differ by, in another way; begin the calibration again in another folder, with runs = ["{store.folder}"] under [filter] to learn from its runs.'
         )
-    return samples.theta[:: SIBLINGS * REPEATS], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)]
+    first = np.isin(samples.ids, np.arange(-REPEATS * SIBLINGS, wanted.min(initial=0) - 1, -REPEATS * SIBLINGS))
+    return samples.theta[first], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)]
 
 
 def samples_at(places: NDArray[np.float64], space: ParameterSpace) -> Samples:
-    """Each place so many times for each sibling, which a model chooses by the id."""
-    theta = np.concatenate([replicates(place, REPEATS, space) for place in places])
-    return Samples(np.arange(-len(theta) * SIBLINGS, 0, dtype=np.int64), np.repeat(theta, SIBLINGS, axis=0), space.names)
+    """Each place for each sibling, which a model chooses by the id, and again for those that are repeated."""
+    ids = _ids(len(places))
+    theta = np.repeat(np.concatenate([replicates(place, REPEATS, space) for place in places]), SIBLINGS, axis=0)
+    return Samples(ids, theta[ids], space.names)
+
+
+def _ids(places: int) -> NDArray[np.int64]:
+    """Of the samples at so many places: by place, repeat and sibling, counted up to -1, without the repeats that are not made."""
+    ids = np.arange(-places * REPEATS * SIBLINGS, 0, dtype=np.int64)
+    repeat, sibling = ids // SIBLINGS % REPEATS, ids % SIBLINGS
+    return ids[(repeat == 0) | (sibling < REPEATED)]
 
 
 def _responses(samples: Samples, store: Store, number: int, experiment: Experiment) -> NDArray[np.float64] | None:
     """What siblings gave at each place, (S, P, R, T, J), NaN where there is no response; None where nothing was run."""
-    outcomes = [store.outcome(int(id), number) for id in samples.ids]
-    if not any(isinstance(outcome, (Response, Failure)) for outcome in outcomes):
+    outcomes = {int(id): store.outcome(int(id), number) for id in samples.ids}
+    if not any(isinstance(outcome, (Response, Failure)) for outcome in outcomes.values()):
         return None
-    nothing = np.full(experiment.reference.values.shape, np.nan)
-    found = np.array([experiment.observables(outcome) if isinstance(outcome, Response) else nothing for outcome in outcomes])
+    found = np.full((-int(samples.ids.min()), *experiment.reference.values.shape), np.nan)
+    for id, outcome in outcomes.items():
+        if isinstance(outcome, Response):
+            found[id] = experiment.observables(outcome)
     return np.moveaxis(found.reshape(-1, REPEATS, SIBLINGS, *found.shape[1:]), 2, 0)

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from graincal.data import ParameterSpace
 from graincal.inference.likelihood.reduction import columns
 
-SIBLINGS, PLACES, REPEATS = 6, 3, 2
-"""Packings like the calibration's own, places where they are run, and how often each is run there. Near a good fit, what two packings differ by hardly changes from place to place
-(docs/posterior.md): more packings tell more than more places. Two runs at one place tell what runs scatter by."""
+SIBLINGS, PLACES = 6, 3
+"""Packings like the calibration's own, and places where they are run. Near a good fit, what two packings differ by hardly changes from place to place (docs/posterior.md): more
+packings tell more than more places."""
+
+REPEATS, REPEATED = 2, 2
+"""Runs of a packing at a place, and how many of the packings have them: what runs scatter by is a small part of what packings differ by, and a few tell it. The others are run once."""
 
 FEWEST = 4
 """Packings that came to a response at a place, for that one to count."""
@@ -75,7 +78,7 @@ def places(space: ParameterSpace, theta: NDArray[np.float64], errors: NDArray[np
 
 
 def packing_scatter(responses: NDArray[np.float64], own: NDArray[np.float64], control: NDArray[np.float64], siblings: Siblings) -> PackingScatter | None:
-    """From responses of siblings (S, P, R, T, J), R runs of each at P places, NaN where there is none, and of the calibration's own packing (P, T, J). None where too few came to an end.
+    """From responses of siblings (S, P, R, T, J), up to R runs of each at P places, NaN where there is none, and of the calibration's own packing (P, T, J). None where too few came to an end.
 
     The covariance found is shrunk towards a smooth one with the same variances, for a few packings have few directions.
     """
