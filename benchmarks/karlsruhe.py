@@ -1,6 +1,6 @@
 """Three measured tests of one sand, calibrated together by defaults alone: to their end, and to a strain shortly beyond the peak of each.
 
-    GRAINCAL_REFERENCE_DATA=... python benchmarks/karlsruhe.py [--spans whole peak] [--held-out 17 18 20] [--by void-ratio] [--particles 1000] [--seed 1] [--folder DIR]
+    GRAINCAL_REFERENCE_DATA=... python benchmarks/karlsruhe.py [--spans whole peak] [--held-out 17 18 20] [--by relative-density] [--particles 1000] [--seed 1] [--folder DIR]
 
 Karlsruhe fine sand, dense, drained, at cell pressures of 102, 202 and 403 kPa (tests 17, 18 and 20 of Wichtmann and Triantafyllidis 2016, Acta Geotechnica 11). Cell pressures and void ratios at the start of shear are those
 that the files state; their strains are engineering. The five parameters have the paper's ranges, and no measurement error is stated. "whole" compares to 25 % of (logarithmic) strain, "peak" to 3 % of strain beyond the largest
@@ -56,7 +56,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--spans", nargs="*", choices=("whole", "peak"), default=["whole", "peak"], help="none: the packings alone")
     parser.add_argument("--held-out", nargs="*", type=int, choices=TESTS, default=[])
-    parser.add_argument("--by", choices=("void-ratio", "relative-density"), default="void-ratio")
+    parser.add_argument("--by", choices=("void-ratio", "relative-density"), default="relative-density")
     parser.add_argument("--particles", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=Path, default=Path("karlsruhe"))
