@@ -2,6 +2,7 @@
 
 import shutil
 import sqlite3
+import zlib
 from contextlib import suppress
 from pathlib import Path
 
@@ -195,6 +196,26 @@ def test_a_store_of_the_format_before_is_brought_up(tmp_path):
     store.database.rows("UPDATE evaluation SET crc = crc + 1 WHERE sample = 0")
     with pytest.raises(FolderError, match=r"campaign.db: this store of a campaign is damaged \(a row of evaluation is not what was written\)"):
         store.outcome(0, 0)
+
+
+def test_ctrl_c_while_sqlite_calls_back_is_no_fault_of_the_store(tmp_path, monkeypatch):
+    calls, ends_at = [], [0]
+
+    def checksum(*values):
+        calls.append(values)
+        if len(calls) == ends_at[0]:
+            raise KeyboardInterrupt
+        return zlib.crc32(repr(values).encode())
+
+    monkeypatch.setattr("graincal.campaign.stored.database._checksum", checksum)
+    store = Store.create(calibration(), tmp_path)
+    asked(store)
+    for use in (lambda: store.keep("a", "b"), lambda: store.samples(0)):
+        ends_at[0] = len(calls) + 1
+        with pytest.raises(KeyboardInterrupt):
+            use()
+    # Nothing of it is left.
+    assert store.meta("a") is None and len(store.samples(0))
 
 
 @pytest.mark.parametrize("table", ["meta", "sample", "evaluation", "iteration"])

@@ -97,12 +97,12 @@ def test_the_report_has_the_verdict_first_and_nothing_of_the_paper_s_method(resu
 
 
 def test_the_first_screen_has_the_state_the_answer_and_what_informs_it(result, emulated):
-    assert first_screen.state(result)[0] == "Not settled: stopped by max_iterations."
+    assert first_screen.state(result)[0] == "Not settled: stopped by the limit on batches."
     assert first_screen.state(settled(result))[0] == "Settled."
     table = first_screen.of_answer(result, emulated)
     assert table.head == ("parameter", "answer", "90 % interval so far", "informed by")
     assert [row[0] for row in table.rows] == ["φ [deg]", "ψ [deg]", "η_{m} [-]"]
-    assert [row[3] for row in table.rows] == ["stress ratio σ_{1}/σ_{3}", "volumetric strain", "not informed"]
+    assert [row[3] for row in table.rows] == ["stress ratio σ_{1}/σ_{3}", "volumetric strain", "not told yet"]
     assert first_screen.of_answer(settled(result), emulated).head[2] == "90 % interval"
 
 

@@ -30,7 +30,7 @@ def advise(
     ] = None,
     samples: Annotated[int, typer.Option(help="Draws from the posterior, at which each test is run; 60 or more.")] = 100,
     workers: SomeWorkers = "all",
-    seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random draws.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The table as CSV; nothing is overwritten.", metavar="FILE")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the table to this file (.png, .pdf, .svg); nothing is overwritten.", metavar="FILE")] = None,

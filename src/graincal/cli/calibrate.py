@@ -14,8 +14,10 @@ def calibrate(
     file: Annotated[Path, typer.Argument(help="The calibration file.", metavar="calibration.toml")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The campaign's folder; it must hold none yet.", metavar="DIR")],
     workers: Workers = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
-    max_evaluations: Annotated[str | None, typer.Option(help="Instead of the limit in the file: a number, or false for none.", metavar="N|false")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the random draws, instead of that in the file.")] = None,
+    max_evaluations: Annotated[
+        str | None, typer.Option(help="Most evaluations, instead of the limit in the file: a number, or false for none.", metavar="N|false")
+    ] = None,
     runs: Annotated[
         list[Path] | None,
         typer.Option(help="A campaign or a library of the same models to learn from, beside those in the file; may be repeated.", metavar="DIR"),

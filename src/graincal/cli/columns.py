@@ -25,13 +25,16 @@ class Strain(str, Enum):
 Column = Annotated[
     list[str] | None,
     typer.Option(
-        help="A column, by number, letter or name, and its unit, such as axial_strain=2:% or deviator_stress=q:kPa. For each column again.",
+        help="A column, by number, letter or name, and its unit, such as axial_strain=2:% or deviator_stress=q:kPa. May be given several times.",
         metavar="QUANTITY=COLUMN[:UNIT]",
     ),
 ]
-Measure = Annotated[Strain | None, typer.Option(help="The measure of its strains.")]
+Measure = Annotated[Strain | None, typer.Option(help="The measure of its strains, engineering or logarithmic.", metavar="MEASURE")]
 Compression = Annotated[
-    list[str] | None, typer.Option(help="The sign of compression in a column, such as volumetric_strain=negative.", metavar="QUANTITY=SIGN")
+    list[str] | None,
+    typer.Option(
+        help="The sign of compression in a column, positive or negative, such as axial_strain=negative. May be given several times.", metavar="QUANTITY=SIGN"
+    ),
 ]
 Stage = Annotated[str | None, typer.Option(help="The stage of a machine's file that is the shear, by its number or word.", metavar="NAME")]
 Rows = Annotated[str | None, typer.Option(help="The first and the last line of the file to be read, such as 38-53.", metavar="FIRST-LAST")]

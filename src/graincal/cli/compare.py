@@ -31,7 +31,7 @@ def compare(
     stage: Stage = None,
     rows: Rows = None,
     sheet: Sheet = None,
-    confining_pressure: Annotated[float | None, typer.Option(help="Of that test, in Pa; that of the experiments by default.")] = None,
+    confining_pressure: Annotated[float | None, typer.Option(help="Confining pressure of that test, in Pa; that of the experiments by default.")] = None,
     experiment: Annotated[
         str | None,
         typer.Option(
@@ -40,7 +40,7 @@ def compare(
     ] = None,
     samples: Annotated[int, typer.Option(min=2, help="Simulations for each campaign, of parameters drawn from its posterior.")] = 30,
     workers: SomeWorkers = "all",
-    seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the random draws.")] = 1,
 ) -> None:
     """Rank models by how they predict a test that was held out, or else by the evidence of the references."""
     from graincal.campaign.file.reading import read_before

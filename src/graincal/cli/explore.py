@@ -13,14 +13,16 @@ from graincal.cli.options import Quiet, Workers
 def explore(
     file: Annotated[Path, typer.Argument(help="A calibration file; its references may be missing, with --to.", metavar="calibration.toml")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The library's folder; it must hold nothing yet.", metavar="LIBRARY")],
-    runs: Annotated[int | None, typer.Option(min=2, help="How many; by default as many as a calibration fills the ranges with first.", metavar="N")] = None,
+    runs: Annotated[
+        int | None, typer.Option(min=2, help="How many runs; by default as many as a calibration fills the ranges with first.", metavar="N")
+    ] = None,
     points: Annotated[Path | None, typer.Option(help="A CSV file of parameters to run instead, with a column for each by its name.", metavar="FILE")] = None,
     to: Annotated[
         float | None,
         typer.Option(help="The last control value that runs go to, such as the axial strain 0.25; by default that of each reference.", metavar="VALUE"),
     ] = None,
     workers: Workers = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the seed in the file.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the random draws, instead of that in the file.")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Fill the ranges of parameters with runs, for no reference, or run parameters of your own: calibrations of the same models learn from them.

@@ -28,12 +28,12 @@ def grainlearning(
     column: Annotated[
         list[str] | None,
         typer.Option(
-            help="A column of the runs' files and its unit, such as axial_strain=e_z or stress_ratio=ratio. For each column again.",
+            help="A column of the runs' files and its unit, such as axial_strain=e_z or stress_ratio=ratio. May be given several times.",
             metavar="QUANTITY=COLUMN[:UNIT]",
         ),
     ] = None,
     parameter: Annotated[
-        list[str] | None, typer.Option(help="A parameter in those of the runs, such as log_E=log10(E). For each parameter again.", metavar="NAME=EXPRESSION")
+        list[str] | None, typer.Option(help="A parameter in those of the runs, such as log_E=log10(E). May be given several times.", metavar="NAME=EXPRESSION")
     ] = None,
     accept: Annotated[bool, typer.Option("--accept", help="Go on in spite of problems that graincal check finds; the report says so.")] = False,
     quiet: Quiet = False,

@@ -36,7 +36,7 @@ def init(
     context: typer.Context,
     file: Annotated[Path, typer.Argument(help="A laboratory file: delimited text, a spreadsheet, AGS4 data.", metavar="lab.csv")],
     strain: Measure = None,
-    confining_pressure: Annotated[float | None, typer.Option(min=0, help="The effective one, in Pa.")] = None,
+    confining_pressure: Annotated[float | None, typer.Option(min=0, help="Effective confining pressure, in Pa.")] = None,
     kind: Annotated[Kind | None, typer.Option(help="The kind of test; triaxial is drained.")] = None,
     column: Column = None,
     stress_unit: Annotated[str | None, typer.Option(help="The unit of stresses whose headers state none, such as kPa.", metavar="UNIT")] = None,
@@ -45,20 +45,22 @@ def init(
     rows: Rows = None,
     sheet: Sheet = None,
     encoding: Annotated[str | None, typer.Option(help="How the text is encoded, such as cp1251.", metavar="NAME")] = None,
-    sample_height: Annotated[float | None, typer.Option(min=0, help="Of the sample where a displacement is 0, in m.")] = None,
-    sample_volume: Annotated[float | None, typer.Option(min=0, help="Of the sample where a change of volume is 0, in m3.")] = None,
+    sample_height: Annotated[float | None, typer.Option(min=0, help="Height of the sample where a displacement is 0, in m.")] = None,
+    sample_volume: Annotated[float | None, typer.Option(min=0, help="Volume of the sample where a change of volume is 0, in m3.")] = None,
     packing: Annotated[
         Path | None, typer.Option(help="The packing file to simulate with; without, one is prepared when the calibration is first read.", metavar="FILE")
     ] = None,
-    void_ratio: Annotated[float | None, typer.Option(min=0, help="Of the packing that is prepared.")] = None,
+    void_ratio: Annotated[float | None, typer.Option(min=0, help="Void ratio of the packing that is prepared.")] = None,
     relative_density: Annotated[
-        float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
+        float | None, typer.Option(help="Relative density, instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
     ] = None,
     grading: Annotated[
         str | None,
-        typer.Option(help="Of the packing that is prepared: toyoura, d50=0.14,Cu=1.5 (in mm), or a CSV file with the columns 'size \\[mm],passing \\[%]'."),
+        typer.Option(
+            help="Grading of the packing that is prepared: toyoura, d50=0.14,Cu=1.5 (in mm), or a CSV file with the columns 'size \\[mm],passing \\[%]'."
+        ),
     ] = None,
-    particles: Annotated[int | None, typer.Option(min=2, help="Of the packing that is prepared; 1000 by default.")] = None,
+    particles: Annotated[int | None, typer.Option(min=2, help="Number of spheres in the packing that is prepared; 1000 by default.")] = None,
     model: Annotated[
         OwnSimulator | None,
         typer.Option(help="What runs the test, where graincal's engine does not: a function of Python, a program, YADE with your script, or you by hand."),

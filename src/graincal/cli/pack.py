@@ -18,7 +18,7 @@ def pack(
     output: Annotated[Path, typer.Option("--output", "-o", help="The packing file to write; nothing is overwritten.", metavar="FILE")],
     void_ratio: Annotated[float | None, typer.Option(help="Volume of voids over volume of solids, before the test's own compression.")] = None,
     relative_density: Annotated[
-        float | None, typer.Option(help="Instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
+        float | None, typer.Option(help="Relative density, instead of a void ratio: 0 for the loosest, 1 for the densest packing of the grading's spheres.")
     ] = None,
     grading: Annotated[
         str,
@@ -26,7 +26,7 @@ def pack(
             help="toyoura, d50=0.14,Cu=1.5 (in mm), or a CSV file with the columns 'size \\[mm],passing \\[%]'. The built-in toyoura is enlarged to grains of 3.4 to 9.6 mm: only their ratios matter."
         ),
     ] = "toyoura",
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, another packing.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed: another seed gives another packing.")] = 1,
     quiet: Quiet = False,
 ) -> None:
     """Prepare a packing: a cloud of the grading is compacted, and friction lowered until the void ratio is met.

@@ -30,7 +30,9 @@ FEW = 20
 
 def predict(
     folder: Folder,
-    confining_pressure: Annotated[float | None, typer.Option(help="Of the predicted test, in Pa; that of the experiment by default.")] = None,
+    confining_pressure: Annotated[
+        float | None, typer.Option(help="Confining pressure of the predicted test, in Pa; that of the experiment by default.")
+    ] = None,
     path: Annotated[
         str | None,
         typer.Option(
@@ -57,7 +59,7 @@ def predict(
     increment: Annotated[float, typer.Option(help="The axial strain between rows.")] = 0.004,
     samples: Annotated[int, typer.Option(min=2, help="Simulations, each of parameters drawn from the posterior.")] = 30,
     workers: SomeWorkers = "all",
-    seed: Annotated[int, typer.Option(help="Of the draws.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the random draws.")] = 1,
     output: Annotated[
         Path | None,
         typer.Option(

@@ -14,7 +14,8 @@ from graincal.cli.saying import say
 def report(
     folder: Folder,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Instead of report.html in the folder; nothing else is overwritten.", metavar="FILE")
+        Path | None,
+        typer.Option("--output", "-o", help="The file to write, instead of report.html in the folder; nothing else is overwritten.", metavar="FILE"),
     ] = None,
     figures: Annotated[
         list[str] | None,

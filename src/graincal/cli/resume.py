@@ -9,19 +9,23 @@ import typer
 from graincal.cli.options import Folder, Quiet, Workers
 from graincal.data import InputError
 
-Criterion = typer.Option(help="Instead of the beginning's: a number, or false for none.", metavar="N|false", rich_help_panel="Criteria of stopping")
+
+def _criterion(text: str) -> Any:
+    return typer.Option(help=text, metavar="N|false", rich_help_panel="Criteria of stopping, instead of those that it began with; false switches one off")
 
 
 def resume(
     folder: Folder,
-    max_iterations: Annotated[str | None, Criterion] = None,
-    max_evaluations: Annotated[str | None, Criterion] = None,
-    s: Annotated[str | None, Criterion] = None,
-    gl_error_increment: Annotated[str | None, Criterion] = None,
-    error: Annotated[str | None, Criterion] = None,
-    error_increment: Annotated[str | None, Criterion] = None,
-    posterior_shift: Annotated[str | None, Criterion] = None,
-    hours: Annotated[str | None, Criterion] = None,
+    max_evaluations: Annotated[str | None, _criterion("Most evaluations.")] = None,
+    max_iterations: Annotated[str | None, _criterion("Most iterations, or batches.")] = None,
+    hours: Annotated[str | None, _criterion("Hours of wall time, in all sittings, after which no further batch begins.")] = None,
+    posterior_shift: Annotated[
+        str | None, _criterion("By the posterior method: how far what the emulator does not know may move it, in standard deviations.")
+    ] = None,
+    s: Annotated[str | None, _criterion("By the paper's method: the normalised covariance s at which it ends.")] = None,
+    error: Annotated[str | None, _criterion("By the paper's method: the error of the most probable sample at which it ends, in percent.")] = None,
+    error_increment: Annotated[str | None, _criterion("By the paper's method: a change of that error, in percentage points, at which it ends.")] = None,
+    gl_error_increment: Annotated[str | None, _criterion("By the paper's method: a change of the GL error, in percentage points, at which it ends.")] = None,
     workers: Workers = None,
     trust: Annotated[bool, typer.Option("--trust", help="Go on with a campaign of another user, and run the functions that it names.")] = False,
     quiet: Quiet = False,

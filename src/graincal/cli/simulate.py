@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 simulate = typer.Typer(no_args_is_help=True, help="Simulate one test at given parameters.")
 
-ConfiningPressure = Annotated[float, typer.Option(help="Of the isotropic consolidation that the path begins with, in Pa.")]
+ConfiningPressure = Annotated[float, typer.Option(help="Pressure of the isotropic consolidation that the path begins with, in Pa.")]
 AxialStrain = Annotated[float, typer.Option(help="The last axial strain, logarithmic, as a fraction; below 0 in extension.")]
 Increment = Annotated[float, typer.Option(help="The axial strain between the rows of the curve.")]
 
@@ -42,7 +42,7 @@ class Simulation:
     ] = None
     accuracy: Annotated[str, typer.Option(help="standard; or reference, step by step as YADE, nearly twice as long.", metavar="NAME")] = Economy.accuracy
     inertial_number: Annotated[
-        float | None, typer.Option(help="Of axial loading, from which the grains' density follows.", show_default=f"{INERTIAL_NUMBER:g}")
+        float | None, typer.Option(help="Inertial number of the axial loading; the grains' density follows from it.", show_default=f"{INERTIAL_NUMBER:g}")
     ] = None
     density_scaling: Annotated[float | None, typer.Option(help="Factor on the grains' density, instead of the inertial number.")] = None
     time_step_bound: Annotated[
@@ -52,7 +52,9 @@ class Simulation:
         float | None,
         typer.Option(help="Grains' masses go with this power of the radius; below 3, small grains limit the time step less.", show_default="by accuracy"),
     ] = None
-    precision: Annotated[str | None, typer.Option(help="Of forces and velocities: float64 or float32.", metavar="NAME", show_default="by accuracy")] = None
+    precision: Annotated[
+        str | None, typer.Option(help="Precision of forces and velocities: float64 or float32.", metavar="NAME", show_default="by accuracy")
+    ] = None
     inertia_factor: Annotated[float, typer.Option(help="Factor on the grains' moments of inertia.")] = Economy.inertia_factor
     settling_damping: Annotated[float, typer.Option(help="Damping once every axis has arrived.")] = Economy.settling_damping
     strain_ramp: Annotated[float, typer.Option(help="Share of each strain increment over which its rate rises, and falls.")] = Economy.strain_ramp
@@ -228,7 +230,7 @@ def table(
     simulation: Simulation,
     table: Annotated[Path, typer.Option(help="A row for each stage, CSV: stress_x or strain_x, rate_x, ... and record.", metavar="FILE")],
     confining_pressure: Annotated[
-        float | None, typer.Option(help="Of an isotropic consolidation before the table's first row, in Pa; none without it.")
+        float | None, typer.Option(help="Pressure of an isotropic consolidation before the table's first row, in Pa; none without it.")
     ] = None,
 ) -> None:
     """A stress path of your own: a table with a stress or a strain of each axis for each stage."""

@@ -24,7 +24,7 @@ _ALWAYS = ("fits-about-as-well", "few-fit-about-as-well", "accepted-problems")
 def status(
     folder: Folder,
     as_json: Annotated[bool, typer.Option("--json", help="For programs: every figure, as one JSON document.")] = False,
-    watch: Annotated[bool, typer.Option("--watch", help="Say it again whenever it changes, until the campaign does not run any more.")] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Show it anew whenever it changes, until the campaign ends.")] = False,
 ) -> None:
     """Say how far a campaign is, also while it runs elsewhere."""
     from graincal.campaign.found.status import status as read_status

@@ -23,9 +23,9 @@ PLACEHOLDER = "packing.csv"
 """Stands for the file of a packing that was not read from one."""
 
 
-def simulate_command(test: StressPathTest, samples: Samples, reference: Reference, at: str = "") -> str:
+def simulate_command(test: StressPathTest, samples: Samples, reference: Reference, at: str = "", output: str = "curve.csv") -> str:
     """The line for one sample of a built-in test: over the strains of a reference in steps as wide as the reference's, or to its stresses. at: the
-    calibration file whose reference it is compared with, at that one's own strains."""
+    calibration file whose reference it is compared with, at that one's own strains. output: where the curve goes."""
     theta = dict(zip(test.parameters, test.arrange(samples)[0]))
     words = ["graincal", "simulate", test.kind, "--packing", _from_anywhere(test.first_packing.name) if from_file(test) else PLACEHOLDER]
     if test.confining_pressure is not None:
@@ -40,7 +40,7 @@ def simulate_command(test: StressPathTest, samples: Samples, reference: Referenc
     words += ["--at", at] if at else _path(test, reference.control)
     if test.rest_every is not None:
         words += ["--rest-every", f"{test.rest_every:.8g}"]
-    words += ["-o", "curve.csv"]
+    words += ["-o", output]
     return shlex.join(words)
 
 

@@ -104,6 +104,9 @@ def _compose_posterior(page: Page, result: Record, emulated: Emulated | None, pa
             page.figure(pairs)
 
 
+_ALONE_TELLS_MORE = "Where one alone gives less than all, it singles out values that the others speak against, or too few runs are known there. Together they leave more values possible."
+
+
 def _compose_identified(page: Page, result: Record, emulated: Emulated) -> None:
     """The tables of the method "posterior"."""
     page.table(tables.of_identified(emulated, verdict.verdicts(emulated)))
@@ -114,6 +117,8 @@ def _compose_identified(page: Page, result: Record, emulated: Emulated) -> None:
             ["Which observable informs which parameter: the posterior's sd over the prior's, had the others not been measured. The smaller, the more it tells."]
         )
         page.table(informing)
+        if tables.tells_more_alone(emulated):
+            page.paragraph([_ALONE_TELLS_MORE], "note")
     taken = error_terms.error_terms(emulated)
     page.paragraph([f"How large each term of the errors was taken. {error_terms.sentence(emulated, taken)}"])
     page.table(error_terms.table(emulated, taken))

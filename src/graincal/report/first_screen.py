@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from graincal.campaign.asked.file_names import file_name
 from graincal.campaign.found.emulated import Emulated
 from graincal.campaign.found.export_contact import PROGRAMS, contact_texts
 from graincal.campaign.found.next_command import next_command, what_it_does
@@ -22,7 +23,7 @@ from graincal.report.tables import Table
 
 _DOUBTS = 2
 """As many doubts as stand on the first screen; all stand below."""
-_BEYOND = "answer-outside-interval"
+_FIRST, _BEYOND = "answer-far", "answer-outside-interval"
 _TITLES = {"yade": "YADE", "lammps": "LAMMPS", "pfc": "PFC"}
 
 
@@ -67,7 +68,8 @@ def doubts(result: Record, emulated: Emulated | None) -> list[str]:
     """Why not to trust it, the first few."""
     # That the posterior has not settled is the state, which stands before; an answer beyond its interval is said below both.
     elsewhere = ("preliminary", _BEYOND)
-    found = [each.text for each in remarks(result, emulated.known if emulated else None) if each.level == "doubt" and each.code not in elsewhere]
+    said = [each for each in remarks(result, emulated.known if emulated else None) if each.level == "doubt" and each.code not in elsewhere]
+    found = [each.text for each in sorted(said, key=lambda each: each.code != _FIRST)]
     more = len(found) - _DOUBTS
     return found[:_DOUBTS] + ([f"{numbers.count(more, 'more doubt')}, under “What was found”."] if more > 0 else [])
 
@@ -105,7 +107,8 @@ def _compose_lines(page: Page, result: Record) -> None:
         titles = " and ".join(dict.fromkeys(model.title for _, model in tests))
         page.paragraph([f"The {name_of_answer(result)} in the built-in {titles}, to paste into a terminal:"])
         for experiment, model in tests:
-            page.command(simulate_command(model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment)))
+            output = f"curve-{file_name(experiment.name)}.csv" if len(tests) > 1 else "curve.csv"
+            page.command(simulate_command(model, as_samples(result, candidate, experiment), experiment.reference, comparison(result, experiment), output))
         _compose_packings(page, result)
         for program in PROGRAMS:
             texts = (

@@ -96,7 +96,9 @@ class Page:
             if figure.square
             else "".join(self._panel(figure, k, _unit_alone(panel) if leads else panel, level + 1) for k, panel in enumerate(figure.panels))
         )
-        frames = f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{figure.columns}">{plots}</div>'
+        # Those of two tests stand in one row on a wide first screen, so that the answer is on it too.
+        columns = 4 if leads and len(figure.panels) == 4 else figure.columns
+        frames = f'<div class="{"scrolls" if figure.square else "panels"}" style="--columns:{columns}">{plots}</div>'
         key = "".join(f"<li>{_swatch(mark)}<span>{to_html(mark.name)}</span></li>" for mark in figure.key)
         caption = f"<figcaption>{to_html(figure.caption)}</figcaption>"
         if leads:

@@ -209,7 +209,7 @@ def draw_other_pressure(prediction: OtherPressure | None) -> Figure | None:
     in_view, cut = in_sight(panels)
     caption = f"{_caption(prediction, predicted)} {cut}".strip()
     return Figure(
-        "prediction", f"Predicted, not confirmed, at {predicted} from the calibration at {calibrated}.", caption, in_view, columns=min(3, max(2, len(panels)))
+        "prediction", f"Predicted, not confirmed, at {predicted}, beside the test at {calibrated}.", caption, in_view, columns=min(3, max(2, len(panels)))
     )
 
 

@@ -146,6 +146,11 @@ def of_informing(emulated: Emulated) -> Table | None:
     return Table(("sd / prior's by", "all", *by), rows)
 
 
+def tells_more_alone(emulated: Emulated) -> bool:
+    """Whether some observable alone leaves a parameter a smaller standard deviation than all together do, by a tenth at the least."""
+    return any(np.any(alone < 0.9 * emulated.shrinkage) for alone in emulated.alone.values())
+
+
 def of_terms(emulated: Emulated) -> Table | None:
     """Each parameter's interval, and what it would be without a discrepancy and if packings were alike, where these are allowed for; None where neither is."""
     others = {"without a discrepancy": emulated.without_discrepancy, "if packings were alike": emulated.without_packings}

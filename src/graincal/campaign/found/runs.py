@@ -23,6 +23,7 @@ from graincal.inference.driving.known_runs import KnownRuns
 from graincal.inference.likelihood.thinning import Thinning
 from graincal.models import Model, StressPathTest
 from graincal.models.proportion import in_units_of
+from graincal.notation.numbers import pressure
 
 # Of a model that was run and one that is to be: the pressure may be another one, where the test is the same in units of it; what is unknown in one may be fixed in the other; and a program may run under other limits.
 _MAY_DIFFER = ("confining_pressure", "fixed", "running")
@@ -68,13 +69,14 @@ def known_runs(folders: Sequence[str | Path], calibration: Calibration) -> Known
         before = len(gathered.theta)
         with closing(Store.open(Path(folder))) as store:
             left_out, by_name = _gather(gathered, store, str(folder), calibration, thinnings), _by_name(store)
+            scaled = _scaled(store, str(folder), calibration)
         found = len(gathered.theta) - before
         if not found:
             raise InputError(f"{folder}: none of its runs can be learnt from, {listed(left_out) or 'for it has none that has ended'}.")
         failed = sum(gathered.missing[before:]) + sum(gathered.infeasible[before:])
         but = f"; left out: {listed(left_out)}" if left_out else ""
         same = f" That its model is the same is known by its name alone, {by_name}." if by_name else ""
-        said.append(f"Learns from {found} runs of {folder}{f', of which {failed} failed' if failed else ''}{but}.{same}")
+        said.append(f"Learns from {found} runs of {folder}{f', of which {failed} failed' if failed else ''}{but}.{scaled}{same}")
     return gathered.known_runs(calibration, thinnings, said)
 
 
@@ -156,6 +158,18 @@ def pressure_of(model: Model) -> float:
 
 def _scales(model: object) -> bool:
     return isinstance(model, StressPathTest) and _in_units_of_pressure(describe_model(model))
+
+
+def _scaled(store: Store, named: str, calibration: Calibration) -> str:
+    """A sentence on runs that are taken to other pressures than their own; nothing where none is."""
+    theirs, taken = store.calibration.experiments, set()
+    for numbers in _same_models(store, named, calibration):
+        pairs = [(experiment.model, theirs[other].model) for experiment, other in zip(calibration.experiments, numbers)]
+        taken |= {(pressure(pressure_of(other)), pressure(pressure_of(own))) for own, other in pairs if _scales(own) and pressure_of(own) != pressure_of(other)}
+    if not taken:
+        return ""
+    said = ", ".join(f"{other} to {own}" for other, own in sorted(taken))
+    return f" Runs are taken from {said}, where the same curve has log_E higher by the logarithm of the pressures' ratio."
 
 
 def _same_models(store: Store, named: str, calibration: Calibration) -> list[tuple[int, ...]]:

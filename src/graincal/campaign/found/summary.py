@@ -11,6 +11,7 @@ import numpy as np
 
 from graincal.campaign.asked.calibration import POSTERIOR
 from graincal.campaign.found.remarks import WEAKLY
+from graincal.campaign.found.trust import has_settled
 from graincal.inference.sampling.posterior import PROBABILITY
 from graincal.notation import numbers
 from graincal.notation.markup import to_html, to_plain
@@ -20,12 +21,14 @@ if TYPE_CHECKING:
     from graincal.campaign.found.emulated import Emulated
     from graincal.campaign.found.record import Record
 
+_LIMITS = {"max_evaluations": "the limit on evaluations", "max_iterations": "the limit on batches", "hours": "the limit on hours"}
+
 
 @dataclass(frozen=True)
 class ParameterSummary:
     """One parameter. answer: of the method "posterior" the answer, else the most probable sample, and the best where there are no weights. interval: 90 %, None without a posterior.
 
-    range: of the prior. informed_by: the observable that narrows it most by itself, "all together" where none does, "not informed" where it was not narrowed; None where that is not known.
+    range: of the prior. informed_by: the observable that narrows it most by itself, "all together" where none does, "not informed" where it was not narrowed, or "not told yet" as long as the posterior has not settled; None where that is not known.
     """
 
     parameter: str
@@ -138,7 +141,7 @@ def _state(result: Record) -> str:
     if result.stopped_by is None:
         return "Not at its end."
     if result.calibration.method == POSTERIOR:
-        return "Settled." if result.settled else f"Not settled: stopped by {result.stopped_by}."
+        return "Settled." if result.settled else f"Not settled: stopped by {_LIMITS.get(result.stopped_by, result.stopped_by)}."
     return f"Stopped by {result.stopped_by}."
 
 
@@ -148,7 +151,7 @@ def _informed_by(emulated: Emulated) -> tuple[str | None, ...]:
     found: list[str | None] = []
     for k, left in enumerate(emulated.shrinkage):
         if left > WEAKLY:
-            found.append("not informed")
+            found.append("not informed" if has_settled(emulated.result) else "not told yet")
         elif not alone:
             found.append(None)
         else:

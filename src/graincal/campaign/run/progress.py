@@ -68,11 +68,12 @@ class Progress(Listener):
         self._console.sentences(text)
 
     def experiment_begins(self, iteration: int, experiment: str, waiting: int, samples: int) -> None:
-        self._heading = f"{self._of} {iteration}{self._limit}, {experiment}"
+        # Runs of several experiments are counted together.
+        self._heading = f"{self._of} {iteration}{self._limit}"
         # Beside what is left of a batch before it, which this one was asked for ahead of.
         self._done, self._total, self._failed, self._stopped, self._began = 0, self._total - self._done + waiting, 0, 0, time.monotonic()
         self._outlook.asks(iteration, samples)
-        self._line(f"{self._heading}: {waiting} of {samples} samples to evaluate")
+        self._line(f"{self._heading}, {experiment}: {waiting} of {samples} samples to evaluate")
 
     def evaluates_beside(self, waiting: int) -> None:
         self._total += waiting
@@ -104,7 +105,7 @@ class Progress(Listener):
         left = f", {duration(of_round)} left in this {self._of}" if of_round else ""
         left += f", {words}" if (words := self._outlook.words(waiting, of_round)) else ""
         stopped = f", {self._stopped} stopped early" if self._stopped else ""
-        return f"{self._done} of {self._total} evaluated, {self._failed} failed{stopped}{left}"
+        return f"{self._done} of {self._total} runs, {self._failed} failed{stopped}{left}"
 
     def _columns(self) -> tuple[str, ...]:
         """What the figures of an iteration are."""

@@ -442,7 +442,7 @@ class PosteriorFilter(AskTellFilter):
             met["max_iterations"] = f"the limit of {most} batches is reached"
         if not self._fits(self._next_size):
             met["max_evaluations"] = (
-                f"{count} evaluations are done, and another batch{' and the runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
+                f"{count} evaluations are done, and another batch{f' beside the {REPLICATES} runs at the answer' if self.emulator else ''} would exceed the limit of {self.most_evaluations}"
             )
         return met
 
