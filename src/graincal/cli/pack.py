@@ -36,11 +36,14 @@ def pack(
     from graincal.cli.outputs import check_file
     from graincal.cli.preparing import said_of_loose
     from graincal.dem.grading import Grading
-    from graincal.dem.preparation import comment, prepare, reach, write_whole
+    from graincal.dem.preparation import OutOfReach, comment, prepare, reach, write_whole
 
     check_file(output)
     void_ratio, asked = _asked(particles, grading, void_ratio, relative_density, quiet)
-    packing = prepare(particles, void_ratio, grading, seed)
+    try:
+        packing = prepare(particles, void_ratio, grading, seed)
+    except OutOfReach as error:
+        raise InputError(f"{error} --relative-density asks for a packing as dense among these as a sample is among its own.") from None
     try:
         write_whole(packing, output, comment(void_ratio, grading, seed))
     except OSError as error:

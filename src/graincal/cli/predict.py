@@ -275,10 +275,10 @@ def _describe(prediction: Prediction, test: StressPathTest, shown: tuple[str, ..
     lines.append(to_plain(f"{prediction.band_in_words((*shown, *extra))}{of_packings(test)}"))
     if reference is not None:
         found = prediction.against(reference)
-        covered = ", ".join(f"{share:.0%} of {name}" for name, share in found.coverage.items())
+        covered = ", ".join(f"{100 * share:.0f} % of {name}" for name, share in found.coverage.items())
         lines.append(
-            f"Against the test: the {found.probability:.0%} band, measurement errors included, holds {covered}; log score {found.log_score:.2f} a value; "
-            f"the mean's error is {found.error:.2f} %."
+            f"Against the test: the {100 * found.probability:.0f} % band, measurement errors included, holds {covered}; log score {found.log_score:.2f} a value; "
+            f"the error ε of the mean curve is {found.error:.2f} % of the test."
         )
         lines += [
             f"Not fitted: the mean's error in {name} is {curve_error(prediction.mean(name), values):.2f} %." for name, values in reference.recorded.items()

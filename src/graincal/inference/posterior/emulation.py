@@ -124,11 +124,12 @@ def emulate(
     cheaper: Sequence[Emulator] | None = None,
     near: DefensiveMixture | None = None,
     thorough: bool = True,
+    last: bool = False,
     of_measurement: Sequence[ErrorModel] | None = None,
 ) -> Emulation:
     """From evaluations of which at least two have responses. scatters: whether each reference scatters like the simulator, whose covariance is then added.
     before: from fewer of the evaluations. cheaper: emulators of a first look at each reference. near: a density that the posterior is near to, for as long as nothing is before.
-    thorough: as in `explore`; without anything before it is. of_measurement: the errors of the measurements alone, under which the answer fits best; by default `errors`."""
+    thorough, last: as in `explore`; without anything before it is thorough. of_measurement: the errors of the measurements alone, under which the answer fits best; by default `errors`."""
     learnt = [
         _learn(evaluations, number, reference, model, scatter, before.emulators[number] if before else None, cheaper[number] if cheaper else None)
         for number, (reference, model, scatter) in enumerate(zip(references, errors, scatters))
@@ -146,7 +147,7 @@ def emulate(
         logs = sum(likelihood.expected(*emulator.predict(points)) for likelihood, emulator in zip(strict, emulators))
         return logs if impossible is None else logs + impossible.log_of_none(points)
 
-    explored = explore(space, emulated, rng, near=before.explored.proposal if before else near, thorough=thorough or before is None)
+    explored = explore(space, emulated, rng, near=before.explored.proposal if before else near, thorough=thorough or before is None, last=last)
     explored, lost = _where_runs_succeed(explored, evaluations, impossible, rng)
     log_weights = _log_weights(evaluations, emulated(unit), first_states)
     some, stopped = np.isfinite(log_weights).any(), evaluations.stopped

@@ -112,11 +112,11 @@ class Knowledge:
         return siblings.shared / siblings.own + of_reference
 
     def look(
-        self, rng: np.random.Generator, before: Emulation | None, cheaper: Sequence[Emulator] | None, near: DefensiveMixture | None, thorough: bool
+        self, rng: np.random.Generator, before: Emulation | None, cheaper: Sequence[Emulator] | None, near: DefensiveMixture | None, thorough: bool, last: bool
     ) -> Emulation:
         """Emulate the responses, and find the posterior; as `emulate`."""
         measured = self.errors_if(discrepancy=False, packings=False)
-        return emulate(self.evaluations, self.kept, self.errors, self.scatters, rng, before, cheaper, near, thorough, measured)
+        return emulate(self.evaluations, self.kept, self.errors, self.scatters, rng, before, cheaper, near, thorough, last, measured)
 
     def recall(self, found: Found, cheaper: Sequence[Emulator] | None = None) -> Emulation:
         """What a look at the first of the evaluations found, with its emulators; cheaper: those of the first look, made again if they are not given."""

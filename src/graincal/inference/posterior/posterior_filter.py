@@ -325,7 +325,7 @@ class PosteriorFilter(AskTellFilter):
             emulation = self.knowledge.recall(found, self._cheaper)
         else:
             rng, near = self._rng("emulate", count), self._start if self._cheaper else None
-            emulation = self.knowledge.look(rng, self._latest, self._cheaper, near, thorough or count <= FEW)
+            emulation = self.knowledge.look(rng, self._latest, self._cheaper, near, thorough or count <= FEW, self._replicated)
             self._taken.append(emulation.found)
         self._looked_at = count
         return emulation
