@@ -177,6 +177,15 @@ def test_it_goes_on_by_other_limits_as_if_they_had_been_its_own(result, tmp_path
         gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=1)
 
 
+def test_another_shift_that_would_have_asked_for_other_runs_is_refused(tmp_path):
+    # By so large a shift the first look is enough, and fresh runs follow.
+    calibrate(folder=tmp_path, stop=gc.Stop(max_iterations=2, posterior_shift=9))
+    with pytest.raises(
+        gc.InputError, match=r"by posterior_shift = 0.001 its batch 1 would have had other samples than by 9; calibrate in another folder with --runs"
+    ):
+        gc.resume(tmp_path, gc.PythonModel(infeasible), max_iterations=4, posterior_shift=0.001)
+
+
 def test_what_another_build_began_stays_as_it_was(tmp_path):
     calibrate(folder=tmp_path)
     # Samples that this build would not have asked for.

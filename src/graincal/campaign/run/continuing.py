@@ -76,7 +76,7 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
         if runs_at_answer(kept, space) and not runs_at_answer(asked, space):
             return number
         if not same(asked, kept):
-            raise store.other_samples(number)
+            raise _by_another_shift(store, calibration, number) or store.other_samples(number)
         if number < complete:
             tell(filter, asked, store, calibration.experiments)
     if filter.finished:
@@ -84,6 +84,16 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
             f"{store.folder}: it would still be at its end, by {filter.stopped_by} ({filter.stopped_because}); raise that limit, or switch it off by false."
         )
     return begun
+
+
+def _by_another_shift(store: Store, calibration: Calibration, number: int) -> InputError | None:
+    """What to say where a batch is another by the shift that is enough now; None where that is the one of the beginning. Fresh runs are asked for by it."""
+    wanted, before = calibration.stop.posterior_shift, store.calibration.stop.posterior_shift
+    if wanted == before:
+        return None
+    return InputError(
+        f"{store.folder}: by posterior_shift = {wanted} its batch {number} would have had other samples than by {before}; calibrate in another folder with --runs {store.folder} to learn from its runs."
+    )
 
 
 def changed_keys(path: Path, store: Store) -> str | None:
