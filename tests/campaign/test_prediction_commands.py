@@ -85,7 +85,7 @@ def test_another_pressure_is_predicted_and_scored(call, folder, tmp_path):
     assert "calibrated against" not in called.out
     # The file says nothing of its errors, and the campaign's were stated: of twenty states of either column, eighteen are to be expected in the band.
     assert f'{folder}/held_out.csv: measurement errors are taken to be those of "experiment".' in " ".join(called.err.split())
-    *shares, value = re.search(r"holds (\d+)% of stress_ratio, (\d+)% of volumetric_strain; log score (\S+) a value", called.out).groups()
+    *shares, value = re.search(r"holds (\d+) % of stress_ratio, (\d+) % of volumetric_strain; log score (\S+) a value", called.out).groups()
     assert min(map(int, shares)) >= 70
     # Not far from that of independent errors of these deviations, which the test has and the calibration does not know to be independent.
     deviations = np.array(list(ERRORS.values()))
