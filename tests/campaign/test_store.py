@@ -1,6 +1,7 @@
 """The store gives back, bit for bit, what it was given; and nothing is lost or overwritten when it cannot write."""
 
 import shutil
+import signal
 import sqlite3
 import zlib
 from contextlib import suppress
@@ -199,23 +200,27 @@ def test_a_store_of_the_format_before_is_brought_up(tmp_path):
 
 
 def test_ctrl_c_while_sqlite_calls_back_is_no_fault_of_the_store(tmp_path, monkeypatch):
-    calls, ends_at = [], [0]
+    hears = [False]
 
     def checksum(*values):
-        calls.append(values)
-        if len(calls) == ends_at[0]:
-            raise KeyboardInterrupt
+        if hears[0]:
+            hears[0] = False
+            signal.raise_signal(signal.SIGINT)
         return zlib.crc32(repr(values).encode())
 
     monkeypatch.setattr("graincal.campaign.stored.database._checksum", checksum)
     store = Store.create(calibration(), tmp_path)
     asked(store)
-    for use in (lambda: store.keep("a", "b"), lambda: store.samples(0)):
-        ends_at[0] = len(calls) + 1
-        with pytest.raises(KeyboardInterrupt):
-            use()
-    # Nothing of it is left.
-    assert store.meta("a") is None and len(store.samples(0))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        for use in (lambda: store.keep("a", "b"), lambda: store.samples(0)):
+            hears[0] = True
+            with pytest.raises(KeyboardInterrupt):
+                use()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    # What was begun is whole.
+    assert store.meta("a") == "b" and len(store.samples(0))
 
 
 @pytest.mark.parametrize("table", ["meta", "sample", "evaluation", "iteration"])

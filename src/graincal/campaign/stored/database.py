@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import InputError
+from graincal.execution.interrupts import interrupts_later
 
 NAME = "campaign.db"
 
@@ -63,9 +64,8 @@ class Database:
         except sqlite3.Error as error:
             raise FolderError.of(path or "memory", error, reading=not create) from error
         self._damaged = ""
-        self._ended_by: BaseException | None = None
-        self._connection.create_function("checksum", -1, self._heard(_checksum), deterministic=True)
-        self._connection.create_function("sound", -1, self._heard(self._sound), deterministic=True)
+        self._connection.create_function("checksum", -1, _checksum, deterministic=True)
+        self._connection.create_function("sound", -1, self._sound, deterministic=True)
 
     def close(self) -> None:
         """Let go of the file."""
@@ -100,9 +100,10 @@ class Database:
     def rows(self, query: str, *arguments: Any) -> list[tuple]:
         """What a query finds. Raises FolderError where that cannot be read, or is damaged."""
         try:
-            return self._connection.execute(query, arguments).fetchall()
+            # SQLite makes an error of its own of Ctrl-C in a function that it calls.
+            with interrupts_later():
+                return self._connection.execute(query, arguments).fetchall()
         except sqlite3.Error as error:
-            self._raise_what_ended()
             if self._damaged:
                 raise damaged(self.path, f"a row of {self._damaged} is not what was written") from error
             raise FolderError.of(self._named, error, reading=True) from error
@@ -111,36 +112,16 @@ class Database:
     def transaction(self) -> Iterator[sqlite3.Connection]:
         """All of it, on disk at its end, or nothing."""
         try:
-            self._connection.execute("BEGIN IMMEDIATE")
-            yield self._connection
-            self._connection.execute("COMMIT")
+            with interrupts_later():
+                self._connection.execute("BEGIN IMMEDIATE")
+                yield self._connection
+                self._connection.execute("COMMIT")
         except BaseException as error:
             if self._connection.in_transaction:
                 self._connection.rollback()
             if isinstance(error, sqlite3.Error):
-                self._raise_what_ended()
                 raise FolderError.of(self._named, error) from error
             raise
-
-    def _heard(self, function: Callable[..., int]) -> Callable[..., int]:
-        """The function for SQLite, which makes an error of its own of all that it raises: what ends a process, such as Ctrl-C, is kept."""
-
-        def called(*values: Any) -> int:
-            try:
-                return function(*values)
-            except Exception:
-                raise
-            except BaseException as ending:
-                self._ended_by = ending
-                raise
-
-        return called
-
-    def _raise_what_ended(self) -> None:
-        """Raise what ended a function that SQLite called, if something did."""
-        ending, self._ended_by = self._ended_by, None
-        if ending is not None:
-            raise ending
 
     @property
     def _named(self) -> Path | str:
