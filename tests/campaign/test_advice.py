@@ -171,7 +171,7 @@ def test_tests_are_said_in_words(folder):
         ("oedometric extension", "there is no extension of this kind"),
         ("triaxial kPa", 'a confining pressure in Pa was expected as a number above 0, not "kPa"'),
         ("triaxial 1e6 0.1", "KIND [extension] [PRESSURE] [to LAST] was expected"),
-        ("triaxial to 20", "fractions between -1 and 1 (not percent)"),
+        ("triaxial to 20", "fractions between -1 and 1 (not percent), at least one: if 20 % is meant, write 0.2."),
         ("isotropic 1e5 to 1e4", "must be above its confining pressure of 100000 Pa"),
     ],
 )

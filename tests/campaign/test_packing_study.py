@@ -12,6 +12,7 @@ from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.file.doubts import doubts
 from graincal.campaign.found.packings import STUDY
 from graincal.campaign.found.status import status
+from graincal.campaign.stored.store import Store
 from graincal.data import InputError
 from graincal.inference.likelihood.packings import PLACES, REPEATED, SIBLINGS
 from graincal.models import StressPathTest
@@ -81,7 +82,7 @@ def test_it_is_run_once_and_counted_beside_the_evaluations(engine, tmp_path):
     assert result.evaluations == len(result.samples) == status(tmp_path / "campaign")["evaluations"] and result.ids.min() == 0
     (scatter,) = result.knowledge.packings
     assert result.learnt[-1].siblings == (scatter.packings,) == (SIBLINGS,) and result.learnt[-1].apart == (scatter.apart,)
-    # Six strengths from 0.875 to 1.125 of the own one, at each of the places: what they keep from place to place.
+    # Six strengths from 0.875 to 1.125 of the own one, at each of the places: the same at each of them.
     last = frictional.STRAIN[-1] * np.unique(result._store.samples(STUDY).theta[:, 0]) / 10
     assert np.sqrt(scatter.covariance[19, 19]) == pytest.approx(np.std(0.05 * np.arange(6), ddof=1) * np.sqrt(np.mean(last**2)), rel=0.1)
     alone = calibrate(packing_scatter=False)
@@ -105,6 +106,17 @@ def test_broken_off_within_it_a_campaign_ends_as_if_it_never_was(engine, tmp_pat
     np.testing.assert_array_equal(resumed.samples, whole.samples)
     np.testing.assert_array_equal(resumed.posterior.samples, whole.posterior.samples)
     np.testing.assert_array_equal(resumed.posterior.weights, whole.posterior.weights)
+
+
+def test_a_study_of_an_earlier_version_is_refused_in_words(engine, tmp_path):
+    calibrate(tmp_path / "campaign")
+    with Store.open(tmp_path / "campaign").database.transaction() as db:
+        db.execute("DELETE FROM evaluation WHERE sample < -18")
+        db.execute("DELETE FROM sample WHERE id < -18")
+    with pytest.raises(
+        InputError, match="an earlier version of graincal found out what packings differ by, in another way; calibrate in another folder with --runs"
+    ):
+        gc.resume(tmp_path / "campaign", max_iterations=4)
 
 
 def test_where_no_packing_can_be_prepared_that_is_said_and_left_out(engine, tmp_path, monkeypatch):

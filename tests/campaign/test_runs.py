@@ -238,6 +238,7 @@ def test_runs_at_one_pressure_are_runs_at_another(tmp_path):
     space = gc.ParameterSpace({"log_E": (8 - np.log10(2), 9 - np.log10(2)), "phi": (20, 40)})
     runs = known_runs([folder], Calibration(space, [gc.Experiment("other", elsewhere, curve)]))
     assert len(runs) == 6
+    assert "Runs are taken from 500 kPa to 250 kPa, where the same curve has a log_E that differs by the logarithm of the pressures' ratio." in runs.sources[0]
     # The same to within what a last digit of the modulus does to a run.
     own = elsewhere.simulate(runs.theta[:1], curve.control, threads=1)[0]
     np.testing.assert_allclose(runs.responses[0][0], own.observables(curve.names), rtol=0.02, atol=1e-4)

@@ -213,5 +213,9 @@ def test_a_logarithmic_axis_has_ticks_to_read():
     axis = log_axis("error", np.array([1.1, 130.0, np.nan, 0.0]))
     assert axis.log and [text for _, text in axis.ticks] == ["1", "2", "5", "10", "20", "50", "100"]
     assert not log_axis("error", np.array([3.0, 4.0])).log
+    # Within a decade there are enough of them to see that it is logarithmic, and each says its own number.
+    assert [text for _, text in log_axis("error", np.array([2.9, 14.0])).ticks] == ["3", "4", "5", "7", "10"]
+    texts = [text for _, text in log_axis("stress", np.array([1e5, 9e5])).ticks]
+    assert len(texts) == len(set(texts)) == 7
     assert not log_axis("error", np.array([0.0, np.nan])).log
     assert [text for _, text in log_axis("s", np.array([1e-9, 10.0])).ticks][:2] == ["10^{−8}", "10^{−6}"]

@@ -39,11 +39,13 @@ def pack(
     from graincal.dem.preparation import OutOfReach, comment, prepare, reach, write_whole
 
     check_file(output)
+    by_void_ratio = void_ratio is not None
     void_ratio, asked = _asked(particles, grading, void_ratio, relative_density, quiet)
     try:
         packing = prepare(particles, void_ratio, grading, seed)
     except OutOfReach as error:
-        raise InputError(f"{error} --relative-density asks for a packing as dense among these as a sample is among its own.") from None
+        advice = " --relative-density asks for a packing as dense among these as a sample is among its own." if by_void_ratio else ""
+        raise InputError(f"{error}{advice}") from None
     try:
         write_whole(packing, output, comment(void_ratio, grading, seed))
     except OSError as error:

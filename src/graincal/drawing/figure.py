@@ -133,7 +133,7 @@ def log_axis(label: str, values: Array, *, limits: tuple[float, float] | None = 
     if high < 5 * low:
         return Axis(label, limits)
     decades = np.log10(high / low)
-    steps: tuple[float, ...] = (1, 1.5, 2, 3, 4, 5, 7) if decades < 1.2 else (1, 2, 5) if decades < 3 else (1,)
+    steps = (1, 2, 3, 4, 5, 7) if decades < 1.2 else (1, 2, 5) if decades < 3 else (1,)
     every = max(1, int(decades // 5))
     powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1, every)
     ticks = [step * 10.0**power for power in powers for step in steps]

@@ -364,8 +364,8 @@ def checked_strains(at: ArrayLike) -> NDArray[np.float64]:
     """One row of axial strains, (T,). Raises InputError for anything else."""
     strains = one_row(at)
     if strains is None or np.any(np.abs(strains) >= 1):
-        largest = float(np.abs(strains).max()) if strains is not None and len(strains) else 0.0
-        meant = f": if {largest:g} % is meant, write {largest / 100:g}" if 1 <= largest < 100 else ""
+        largest = float(strains[np.argmax(np.abs(strains))]) if strains is not None and len(strains) else 0.0
+        meant = f": if {largest:g} % is meant, write {largest / 100:g}" if 1 <= abs(largest) < 100 else ""
         raise InputError(f"axial strains must be one row of fractions between -1 and 1 (not percent), at least one{meant}.")
     return strains
 

@@ -33,14 +33,20 @@ def studied(store: Store) -> bool:
 
 def packings_told(store: Store, experiments: Sequence[Experiment]) -> tuple[NDArray[np.float64], list[NDArray[np.float64] | None]]:
     """What the store holds of runs on siblings, as a filter is told: places, and responses for each experiment. Raises InputError where an earlier version stored them."""
+    check_study(store)
     samples = store.samples(STUDY)
-    wanted = _ids(-int(samples.ids.min(initial=0)) // (REPEATS * SIBLINGS))
-    if not np.array_equal(np.sort(samples.ids), wanted):
+    return samples.theta[samples.ids % (REPEATS * SIBLINGS) == 0], [
+        _responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)
+    ]
+
+
+def check_study(store: Store) -> None:
+    """Raise InputError where an earlier version of graincal, which ran other samples, began the study."""
+    ids = store.samples(STUDY).ids
+    if not np.array_equal(np.sort(ids), _ids(len(ids) // (SIBLINGS + REPEATED * (REPEATS - 1)))):
         raise InputError(
-            f'{store.folder}: an earlier version of graincal found out what packings differ by, in another way; begin the calibration again in another folder, with runs = ["{store.folder}"] under [filter] to learn from its runs.'
+            f"{store.folder}: an earlier version of graincal found out what packings differ by, in another way; calibrate in another folder with --runs {store.folder} to learn from its runs."
         )
-    first = np.isin(samples.ids, np.arange(-REPEATS * SIBLINGS, wanted.min(initial=0) - 1, -REPEATS * SIBLINGS))
-    return samples.theta[first], [_responses(samples, store, number, experiment) for number, experiment in enumerate(experiments)]
 
 
 def samples_at(places: NDArray[np.float64], space: ParameterSpace) -> Samples:

@@ -169,7 +169,7 @@ def _scaled(store: Store, named: str, calibration: Calibration) -> str:
     if not taken:
         return ""
     said = ", ".join(f"{other} to {own}" for other, own in sorted(taken))
-    return f" Runs are taken from {said}, where the same curve has log_E higher by the logarithm of the pressures' ratio."
+    return f" Runs are taken from {said}, where the same curve has a log_E that differs by the logarithm of the pressures' ratio."
 
 
 def _same_models(store: Store, named: str, calibration: Calibration) -> list[tuple[int, ...]]:

@@ -87,8 +87,8 @@ def _same_batches(store: Store, calibration: Calibration, begun: int) -> int:
 
 
 def _by_another_shift(store: Store, calibration: Calibration, number: int) -> InputError | None:
-    """What to say where a batch is another by the shift that is enough now; None where that is the one of the beginning. Fresh runs are asked for by it."""
-    wanted, before = calibration.stop.posterior_shift, store.calibration.stop.posterior_shift
+    """What to say where a batch is another by the shift that is enough now; None where that is the one of before. Fresh runs are asked for by it."""
+    wanted, before = (str(each.stop.posterior_shift).lower() for each in (calibration, store.calibration))
     if wanted == before:
         return None
     return InputError(

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from graincal.campaign.found.packings import STUDIED, STUDY, TROUBLE, packings_told, samples_at
+from graincal.campaign.found.packings import STUDIED, STUDY, TROUBLE, check_study, packings_told, samples_at
 from graincal.campaign.run.evaluations import Evaluations
 from graincal.campaign.stored.listener import Listener
 from graincal.data import InputError
@@ -27,6 +27,7 @@ def study_packings(filter: PosteriorFilter, evaluations: Evaluations) -> None:
     """Run what the filter wants to be run on siblings of each experiment's packing, as far as the store does not hold it, and tell it."""
     calibration, store, listeners = evaluations.calibration, evaluations.store, evaluations.listeners
     assert filter.places is not None, "it waits for what runs at these places give"
+    check_study(store)
     samples = samples_at(filter.places, calibration.space)
     store.ask(STUDY, samples, len(calibration.experiments))
     for number, (experiment, siblings) in enumerate(zip(calibration.experiments, filter.siblings)):

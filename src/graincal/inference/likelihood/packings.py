@@ -103,7 +103,8 @@ def packing_scatter(responses: NDArray[np.float64], own: NDArray[np.float64], co
             in_means = np.mean(1 / runs[there, place])
             variance = np.var(each, axis=0, ddof=1) * (1 + 1 / count) + of_runs * (1 - in_means)
             varies = variance > 0
-            apart.append(np.sqrt(np.mean((columns(own[place]) - middle)[varies] ** 2 / variance[varies])))
+            if varies.any():
+                apart.append(np.sqrt(np.mean((columns(own[place]) - middle)[varies] ** 2 / variance[varies])))
     found = found / degrees
     between = np.diag(found)
     in_means = np.mean(1 / runs[:, usable][runs[:, usable] > 0])

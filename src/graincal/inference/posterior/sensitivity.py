@@ -76,5 +76,5 @@ def _explored(
 ) -> Posterior:
     # Wider posteriors reach into the ranges.
     near = replace(emulation.explored.proposal, prior_share=0.5)
-    found = explore(space, log_likelihood, rng, near=near, thorough=False)
+    found = explore(space, log_likelihood, rng, near=near, thorough=False, last=True)
     return Posterior(space.names, found.theta, found.weights)

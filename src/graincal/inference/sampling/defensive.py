@@ -21,6 +21,9 @@ BENT_PART = 0.3
 # The prior's share, which finds a mode that no evaluation has shown yet, and bounds the weights.
 PRIOR_SHARE = 0.1
 
+# Points that are drawn at once, of which few may be within the ranges: more take memory.
+MOST_AT_ONCE = 2**18
+
 # A fit to a posterior's samples: so many components at most, copies of samples that it is trained on, and steps. What the fit lacks the weights mend.
 COMPONENTS, COPIES, STEPS = 10, 2000, 40
 
@@ -87,8 +90,9 @@ class DefensiveMixture:
             share = uniform / (uniform + truncated)
             bounds = np.concatenate([[share], share + (1 - share) * np.cumsum(self.mixture.weights)])
             factors = np.linalg.cholesky(self.mixture.covariances)
-            for _ in range(100):
-                drawn = sequence.random(max(64, int(np.ceil(count / mass))))
+            wanted = max(64, int(np.ceil(count / mass)))
+            for _ in range(100 * int(np.ceil(wanted / MOST_AT_ONCE))):
+                drawn = sequence.random(min(wanted, MOST_AT_ONCE))
                 component = np.minimum(np.searchsorted(bounds, drawn[:, 0], side="right") - 1, len(factors) - 1)
                 normal = scipy.special.ndtri(np.clip(drawn[:, 1:], 1e-12, 1 - 1e-12))
                 unit = np.where((component < 0)[:, None], drawn[:, 1:], self.mixture.means[component] + np.einsum("mij,mj->mi", factors[component], normal))
