@@ -121,6 +121,8 @@ def test_pack_takes_a_relative_density(call, tmp_path):
     called = call("pack", "--relative-density", "0.7", *FEW, "-o", file)
     assert called.code == 0 and "of the relative density 0.7: such spheres pack between" in called.out, called.err
     assert f"(asked for {found.void_ratio(0.7):.4g}" in called.out
+    beyond = call("pack", "--void-ratio", "2", *FEW, "-o", tmp_path / "beyond.csv")
+    assert beyond.code == 1 and "is out of reach for grading toyoura" in beyond.err and "--relative-density asks for a packing as dense" in beyond.err
     quiet = call("pack", "--relative-density", "0.7", "--quiet", *FEW, "-o", tmp_path / "quiet.csv")
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
     for options in ((), ("--void-ratio", "0.6", "--relative-density", "0.7")):

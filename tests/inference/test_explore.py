@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from scipy.special import logsumexp
+from scipy.stats import truncnorm
 
 from graincal import ParameterSpace
-from graincal.inference.sampling.defensive import DefensiveMixture
+from graincal.inference.sampling.defensive import PRIOR_SHARE, DefensiveMixture
 from graincal.inference.sampling.explore import _tempered, explore
 from graincal.inference.sampling.proposal import ProposalOutsideBox, TruncatedMixture
 from graincal.inference.sampling.tempering import TemperedSample, temper
@@ -70,3 +71,24 @@ def test_tempered_samples_of_two_explorations_count_as_their_evidences_say():
     found = _tempered(SPACE, samples, DefensiveMixture(SPACE))
     assert found.log_evidence == pytest.approx(np.log(2.0))
     np.testing.assert_allclose(found.weights @ found.theta, 0.65)
+
+
+def test_the_posterior_that_is_reported_knows_what_lies_far_out():
+    # Three percent of the probability lie far from the rest, and make most of the variance.
+    share, core, far = 0.03, (0.3, 0.03), truncnorm(-3.5, 1.5, 0.7, 0.2)
+
+    def log_density(unit):
+        near = -0.5 * np.sum(((unit - core[0]) / core[1]) ** 2, axis=1) - 5 * np.log(core[1] * np.sqrt(2 * np.pi))
+        return np.logaddexp(np.log1p(-share) + near, np.log(share) + far.logpdf(unit).sum(axis=1))
+
+    mean = (1 - share) * core[0] + share * far.mean()
+    std = np.sqrt((1 - share) * (core[1] ** 2 + (core[0] - mean) ** 2) + share * (far.var() + (far.mean() - mean) ** 2))
+
+    def off(last):
+        found = [explore(SPACE, log_density, np.random.default_rng(seed), near=about(*core), thorough=False, last=last) for seed in range(6)]
+        # What is drawn from next is the density that was fitted, without the larger uniform part of these draws.
+        assert all(each.proposal.prior_share == PRIOR_SHARE for each in found)
+        deviations = [np.sqrt(each.weights @ (each.theta - each.weights @ each.theta) ** 2) for each in found]
+        return np.sqrt(np.mean((np.array(deviations) / std - 1) ** 2))
+
+    assert off(last=True) < 0.03 and off(last=False) > 0.08

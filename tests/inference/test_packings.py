@@ -44,7 +44,7 @@ def test_the_variance_is_that_between_packings(of_runs, kept):
         found.append(np.diag(scatter.covariance))
         factors.append(scatter.apart)
     ratio = np.mean(found, axis=0) / np.repeat([0.05**2, 0.002**2], 30)
-    assert np.all(np.abs(ratio - 1) < 0.4) and ratio.mean() == pytest.approx(1, abs=0.1)
+    assert np.all(np.abs(ratio - 1) < 0.35) and ratio.mean() == pytest.approx(1, abs=0.1)
     # The calibration's own packing is one more of them.
     assert np.sqrt(np.mean(np.square(factors))) == pytest.approx(1, abs=0.35)
 
@@ -68,12 +68,13 @@ def test_smaller_siblings_differ_by_more():
 def test_runs_that_failed_are_left_out():
     whole = _responses(np.random.default_rng(2), SIBLINGS + 1, of_runs=0.01)
     expected = packing_scatter(whole[1:], whole[0, :, 0], CONTROL, Siblings()).covariance
-    responses = whole.copy()
-    responses[1, 0] = np.nan
     # One of two runs is as good as both, where they scatter little.
+    responses = whole.copy()
     responses[2, 1, 1] = np.nan
     some = packing_scatter(responses[1:], responses[0, :, 0], CONTROL, Siblings())
-    assert some.packings == SIBLINGS and np.diag(some.covariance) == pytest.approx(np.diag(expected), rel=0.5)
+    np.testing.assert_allclose(np.diag(some.covariance), np.diag(expected), rtol=0.05)
+    responses[1, 0] = np.nan
+    assert packing_scatter(responses[1:], responses[0, :, 0], CONTROL, Siblings()).packings == SIBLINGS
     responses[1:5] = np.nan
     assert packing_scatter(responses[1:], responses[0, :, 0], CONTROL, Siblings()) is None
 
