@@ -1,6 +1,6 @@
 """Whether probabilities are right on the engine's own test: known truths, each one run on another packing than the calibration's.
 
-    GRAINCAL_REFERENCE_DATA=... python benchmarks/known_truths.py --folder DIR [--truths 120] [--libraries 3] [--runs 600] [--by-the-paper 15]
+    GRAINCAL_REFERENCE_DATA=... python benchmarks/known_truths.py --folder DIR [--rows DIR] [--truths 120] [--libraries 3] [--runs 600] [--by-the-paper 15]
 
 Each truth is drawn from the paper's ranges, and run once on a packing of its own that is prepared like the paper's packing of 1,000 particles (drained triaxial compression at 0.5 MPa to 20 % of axial strain);
 a truth whose run fails is drawn again. To its curve come errors as a laboratory would state them, of 0.02 in the stress ratio and 0.05 % in volumetric strain, alike along the curve over one of the lengths that the
@@ -13,7 +13,8 @@ library share what is wrong with it: so the band for all truths, which takes the
 large, and the truth's mean log density above the prior's.
 
 With --by-the-paper the first truths are calibrated by the paper's method too, by runs of their own, and what its last weighted samples say is counted in the same way.
-Everything is kept in DIR; the same command continues where it was interrupted.
+Everything is kept in DIR; the same command continues where it was interrupted. What each truth came to is a small file of --rows (DIR by default): with those alone it continues on another machine too.
+Those of benchmarks/kept/known-truths are of 30 truths and one library (--truths 30 --libraries 1).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import re
 import sys
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +38,7 @@ import graincal as gc
 from graincal.campaign import Experiment, resume
 from graincal.campaign.asked.calibration import Calibration
 from graincal.campaign.run.running import begin_or_resume
+from graincal.campaign.stored.provenance import provenance
 from graincal.campaign.stored.store import Store, holds_campaign
 from graincal.dem.siblings import siblings
 from graincal.inference.likelihood.error_model import CORRELATION_LENGTHS
@@ -56,6 +59,7 @@ QUANTITIES = (*SPACE.names, "log likelihood")
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path, required=True)
+    parser.add_argument("--rows", type=Path, help="where what each truth came to is kept; --folder by default")
     parser.add_argument("--truths", type=int, default=120)
     parser.add_argument("--libraries", type=int, default=3)
     parser.add_argument("--runs", type=int, default=600, help="in each library")
@@ -65,8 +69,8 @@ def main() -> None:
     rows = []
     for number in range(arguments.truths):
         library = number * arguments.libraries // arguments.truths
-        runs = gc.explore(test, SPACE, to=STRAIN[-1], folder=arguments.folder / f"library-{library + 1}", runs=arguments.runs, seed=library + 1)
-        row = of_truth(test, number, runs, arguments.folder)
+        explored = partial(gc.explore, test, SPACE, to=STRAIN[-1], folder=arguments.folder / f"library-{library + 1}", runs=arguments.runs, seed=library + 1)
+        row = of_truth(test, number, explored, arguments.folder, arguments.rows or arguments.folder)
         rows.append(row | {"library": library})
         print(
             f"truth {number}: {'settled' if row['settled'] else 'not settled'} after {row['evaluations']} evaluations, ε {row['error']:.2f} %, log density {row['gained']:+.1f}",
@@ -77,9 +81,9 @@ def main() -> None:
         report_paper([of_truth_by_the_paper(test, number, arguments.folder) for number in range(arguments.by_the_paper)])
 
 
-def of_truth(test: gc.TriaxialTest, number: int, library: Path, folder: Path) -> dict:
-    """What the calibration of one truth says, kept as a row beside it."""
-    kept, place = folder / f"{number:03d}.json", folder / f"{number:03d}"
+def of_truth(test: gc.TriaxialTest, number: int, explored: partial[Path], folder: Path, rows: Path) -> dict:
+    """What the calibration of one truth says, kept as a row. explored: the library that it begins with."""
+    kept, place, library = rows / f"{number:03d}.json", folder / f"{number:03d}", explored.keywords["folder"]
     if place.exists() and holds_campaign(place):
         refuse_another_library(place, library)
     if kept.exists():
@@ -93,7 +97,7 @@ def of_truth(test: gc.TriaxialTest, number: int, library: Path, folder: Path) ->
         truth, curve = reference(test, number)
         return Calibration(SPACE, [Experiment("truth", test, curve)], seed=number, truth=dict(zip(SPACE.names, truth.tolist())))
 
-    result = begin_or_resume(place, asked, [library])
+    result = begin_or_resume(place, asked, [explored()])
     truth, posterior, rng = true_values(result), result.posterior, np.random.default_rng([number, 3])
     log_likelihood = lambda theta: result.emulation.log_likelihood(SPACE.to_unit(theta))  # noqa: E731
     quantities = lambda theta: np.column_stack([theta, log_likelihood(theta)])  # noqa: E731
@@ -101,6 +105,10 @@ def of_truth(test: gc.TriaxialTest, number: int, library: Path, folder: Path) ->
     shrunk = mean + SHRUNK * (posterior.samples - mean)
     row = {
         "learnt_from": library.name,
+        "made_with": provenance(),
+        "truth": truth.tolist(),
+        "mean": mean.tolist(),
+        "std": posterior.std().tolist(),
         "settled": bool(result.settled),
         "evaluations": int(result.evaluations),
         "error": float(result.answer.mean),
@@ -108,7 +116,8 @@ def of_truth(test: gc.TriaxialTest, number: int, library: Path, folder: Path) ->
         "ranks": [rank(known, quantities(theta), posterior.weights, DRAWS, rng).tolist() for theta in (posterior.samples, shrunk)],
         "held": [[held(each, truth, level) for level in LEVELS] for each in under_factors(result)],
     }
-    kept.write_text(json.dumps(row))
+    rows.mkdir(parents=True, exist_ok=True)
+    kept.write_text(json.dumps(row) + "\n")
     return row
 
 
