@@ -25,10 +25,10 @@ def test_what_components_leave_out_is_no_surprise():
     # Runs near the truth have no ripple, and the more there are of them, the less is left out on the mean: that raises the likelihood of all that is known.
     space = ParameterSpace({"a": (0, 1), "b": (0, 1)})
     reference = Reference(STATES, {"q": curves([[0.5, 0.5]])[0, :, 0]}, measurement_errors={"q": 0.03})
-    stop = Stop(posterior_shift=False, max_iterations=5, max_evaluations=False)
+    stop = Stop(posterior_shift=False, max_iterations=4, max_evaluations=False)
     filter = PosteriorFilter(space, reference, first_batch=40, correlation_length=0.001, discrepancy=False, stop=stop)
     looks = []
-    while len(looks) < 5:
+    while len(looks) < 4:
         samples = filter.ask()
         filter.tell(samples, list(curves(samples.theta)))
         looks.append(filter.emulation)
@@ -36,7 +36,7 @@ def test_what_components_leave_out_is_no_surprise():
     known = space.to_unit(now.posterior.samples[np.random.default_rng(0).choice(len(now.posterior.samples), 300, p=now.posterior.weights)])
     risen = np.median(now.log_likelihood(known) - before.log_likelihood(known))
     changed = filter.knowledge.changed(now, before, known)
-    assert risen > 2 and np.abs(changed).max() < 0.3
+    assert risen > 1 and np.abs(changed).max() < 0.3
 
 
 @pytest.mark.parametrize(
