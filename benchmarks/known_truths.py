@@ -14,7 +14,6 @@ large, and the truth's mean log density above the prior's.
 
 With --by-the-paper the first truths are calibrated by the paper's method too, by runs of their own, and what its last weighted samples say is counted in the same way.
 Everything is kept in DIR; the same command continues where it was interrupted. What each truth came to is a small file of --rows (DIR by default): with those alone it continues on another machine too.
-Those of benchmarks/kept/known-truths are of 30 truths and one library (--truths 30 --libraries 1).
 """
 
 from __future__ import annotations
