@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-# How far evaluations tell of a place: one standard deviation, in each of the coordinates of the processes; and as how many evaluations what holds everywhere counts. Of an emulator of 610 runs of a measured test
-# the density of what was held out is the larger by a factor of exp(3) to exp(4) a run, as far from the reference as near it; half or one and a half times the width gives less.
+# How far evaluations tell of a place: one standard deviation, in each of the coordinates of the processes; and as how many evaluations what holds everywhere counts. Of two emulators of 610 runs of a measured test
+# the density of what was held out is the larger by factors of exp(3) and exp(4) a run over all, and of exp(0.4) and exp(0.5) near the reference; over all, half or one and a half times the width gives less.
 WIDTH, BEFORE = 0.09, 3.0
 
 
