@@ -155,7 +155,7 @@ def test_what_is_dropped_is_what_it_would_have_weighed_at_most():
     # Run to their ends, the stopped samples have less of the posterior than was allowed them.
     reference = measured(TRUTH)
     filter = PosteriorFilter(
-        BOX, reference, correlation_length=0.001, stop=Stop(posterior_shift=False, max_iterations=False, max_evaluations=100), early_stop=True
+        BOX, reference, correlation_length=0.001, stop=Stop(posterior_shift=False, max_iterations=False, max_evaluations=63), early_stop=True
     )
     run(filter, test_curves)
     stopped = filter.evaluations.stopped

@@ -253,7 +253,7 @@ def test_when_not_to_trust_it_is_said(result, emulated):
     assert "The emulator is rough" in said({"held_out": (0.3,), "of_mean": (0.5,)}, scatter=Scatter(0.01, 0.06))
     assert "The emulator predicts held-out runs no better than their mean does" in said({"held_out": (0.3,), "of_mean": (0.2,)})
     doubting = copy(emulated.emulation.emulators[0])
-    doubting._factors = lambda points: np.full((len(points), len(doubting.nuggets)), 1e6)
+    doubting.inflation = 1e6 * doubting.inflation
     assert "100 % of the probability lies where too few runs were made" in said(emulators=(doubting,))
     assert "surer than it should be: 60 % of held-out runs" in said({"coverage": 0.6})
     assert "A few runs carry most of the weight" in said({"pareto_k": 0.9, "weights": np.full(300, 1 / 300)})

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graincal.data import Reference
-from graincal.inference.emulator.near import NearBy
 from graincal.inference.emulator.process import Kernel, Process
 from graincal.inference.emulator.warping import even_powers, warped
 from graincal.inference.likelihood.early_stop import segments
@@ -102,8 +101,7 @@ class Emulator:
         self._seen = seen
         self._by_segments = begun is not None
         self._processes, self.powers = self._found(unit, scores, start) if known is None else self._made(unit, scores, known)
-        self._unit = warped(unit, self.powers)
-        self._near: NearBy | None = None
+        self.inflation = np.ones(scores.shape[1])
         self.judges = np.full(self._complete, 1 / self._complete)
         self.nuggets = np.array([process.nugget for process in self._processes])
         self._size = np.linalg.norm(reduction.basis, axis=0) / np.sqrt(curves.shape[1])
@@ -142,7 +140,7 @@ class Emulator:
         """The mean (M, q) of the components of the mean response at points (M, n), and the variance of that mean (M, q), without the nugget."""
         points = self._points(unit)
         means, variances = zip(*(process.predict(points) for process in self._processes))
-        mean, variance = np.column_stack(means), self._factors(points) * np.column_stack(variances)
+        mean, variance = np.column_stack(means), self.inflation * np.column_stack(variances)
         if self._cheaper is None:
             return mean, variance
         below = self._cheaper.predict(unit)
@@ -152,8 +150,7 @@ class Emulator:
         """Components (count, M, q) that mean responses may have at points (M, n), drawn jointly over the points."""
         points = self._points(unit)
         drawn = [
-            process.predict(points)[0] + np.sqrt(factors) * process.draw(points, count, rng)
-            for process, factors in zip(self._processes, self._factors(points).T)
+            process.predict(points)[0] + np.sqrt(inflation) * process.draw(points, count, rng) for process, inflation in zip(self._processes, self.inflation)
         ]
         if self._cheaper is None:
             return np.stack(drawn, axis=2)
@@ -171,22 +168,19 @@ class Emulator:
         return warped(unit[:, self._seen], self.powers)
 
     def trust(self, weights: NDArray[np.float64]) -> None:
-        """Make the variances of the mean what the evaluations near a place show, each predicted from the others (`NearBy`). Where none is near, what they show where it matters holds, and it is never made surer:
-        by weights (N,) that sum to 1, of those that were not stopped.
+        """Widen the variances of the mean to what the evaluations show, each predicted from the others, where it matters: by weights (N,) that sum to 1, of
+        those that were not stopped.
+
+        A process whose lengths fit the whole box is too sure of itself where responses change faster than elsewhere. It is never made surer.
         """
         errors, deviations = self._held_out()
-        squares = (errors / deviations) ** 2
-        self._near = NearBy(self._unit[: self._complete], squares, np.maximum(1.0, weights @ squares))
+        self.inflation = np.maximum(1.0, weights @ (errors / deviations) ** 2)
         self.judges = weights
-
-    def _factors(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Of the variances of the mean of each process at its points, (M, q)."""
-        return np.ones((len(points), len(self._processes))) if self._near is None else self._near.at(points)
 
     @property
     def coverage(self) -> float:
         """How much of the components of the evaluations that its variances were judged by lies in the 90 % intervals, each predicted from the others. What
-        was changed for these is in them: it tells of what is left."""
+        was widened for these is in them: it tells of what is left."""
         return float(self.judges @ self.held_out().within.mean(axis=1))
 
     def curves(self, components: NDArray[np.float64], observables: int) -> NDArray[np.float64]:
@@ -203,9 +197,8 @@ class Emulator:
     def held_out(self) -> HeldOut:
         """How it predicts each evaluation from the others, of those that were not stopped."""
         errors, deviations = self._held_out()
-        # What is other is the variance of the mean; another run scatters about that as before.
-        factors = 1.0 if self._near is None else self._near.held_out()
-        deviations = np.sqrt(factors * np.maximum(deviations**2 - self.nuggets, 0) + self.nuggets)
+        # What was widened is the variance of the mean; another run scatters about that as before.
+        deviations = np.sqrt(self.inflation * (deviations**2 - self.nuggets) + self.nuggets)
         error = np.sqrt(np.sum((errors * self._size) ** 2, axis=1))
         return HeldOut(error / self._total, self._from_mean / self._total, float(self._total), np.abs(errors) <= 1.6449 * deviations)
 
