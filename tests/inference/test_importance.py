@@ -22,5 +22,10 @@ def test_the_shape_of_a_tail_is_found(k):
     assert pareto_k(np.log(weights)) == pytest.approx(k, abs=0.1)
 
 
+def test_weights_of_next_to_nothing_overflow_nothing():
+    with np.errstate(over="raise", divide="raise", invalid="raise"):
+        assert pareto_k(np.linspace(-740, 0, 200)) > 1 and pareto_k(np.concatenate([np.full(200, -745.0), np.linspace(-744.9, 0, 30)])) > 1
+
+
 def test_few_weights_and_equal_ones_have_no_tail():
     assert np.isnan(pareto_k(np.zeros(20))) and pareto_k(np.zeros(100)) == -np.inf

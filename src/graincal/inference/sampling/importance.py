@@ -6,6 +6,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+LEAST = 1e-250
+"""Of the largest weight: less is as none, and its reciprocal may be no number."""
+
 
 def log_importance_weights(log_target: NDArray[np.float64], log_proposals: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """log w (N,) of samples against everything that was asked: log target - log sum_k (N_k / N) q_k.
@@ -38,7 +41,7 @@ def pareto_k(log_weights: NDArray[np.float64]) -> float:
     if size < 5:
         return np.nan
     tail = weights[-size:] - weights[-size - 1]
-    tail = tail[tail > 0]
+    tail = tail[tail > LEAST * tail[-1]]
     if len(tail) < 5:
         return -np.inf
     # The weakly informative prior of the paper, ten samples of k = 0.5.
