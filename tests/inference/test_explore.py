@@ -92,3 +92,24 @@ def test_the_posterior_that_is_reported_knows_what_lies_far_out():
         return np.sqrt(np.mean((np.array(deviations) / std - 1) ** 2))
 
     assert off(last=True) < 0.03 and off(last=False) > 0.08
+
+
+def test_a_small_part_far_out_that_a_dozen_draws_meet_is_drawn_from_until_it_is_known(monkeypatch):
+    share, core, far = 0.03, (0.3, 0.03), (0.75, 0.08)
+
+    def log_density(unit):
+        parts = [
+            np.log(part) - 0.5 * np.sum(((unit - mean) / width) ** 2, axis=1) - 5 * np.log(width) for part, (mean, width) in ((1 - share, core), (share, far))
+        ]
+        return np.logaddexp(*parts) - 2.5 * np.log(2 * np.pi)
+
+    std = np.sqrt((1 - share) * core[1] ** 2 + share * far[1] ** 2 + share * (1 - share) * (far[0] - core[0]) ** 2)
+
+    def off():
+        found = [explore(SPACE, log_density, np.random.default_rng(seed), near=about(*core), thorough=False, last=True) for seed in range(6)]
+        deviations = [np.sqrt(each.weights @ (each.theta - each.weights @ each.theta) ** 2) for each in found]
+        return np.sqrt(np.mean((np.array(deviations) / std - 1) ** 2))
+
+    with_rounds = off()
+    monkeypatch.setattr("graincal.inference.sampling.explore.SPREAD_ROUNDS", 0)
+    assert with_rounds < 0.03 and off() > 0.1

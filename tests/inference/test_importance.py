@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import genpareto
 
-from graincal.inference.sampling.importance import pareto_k
+from graincal.inference.sampling.importance import in_variances, pareto_k
 
 
 def test_the_shape_of_a_tail_is_that_of_other_programs():
@@ -29,3 +29,15 @@ def test_weights_of_next_to_nothing_overflow_nothing():
 
 def test_few_weights_and_equal_ones_have_no_tail():
     assert np.isnan(pareto_k(np.zeros(20))) and pareto_k(np.zeros(100)) == -np.inf
+
+
+def test_what_a_few_samples_far_off_count_in_a_variance():
+    # A percent of the probability lies eight deviations off in the first coordinate, and the third does not vary.
+    rng, part, away = np.random.default_rng(2), 0.01, 8.0
+    points = np.column_stack([rng.standard_normal((200_000, 2)), np.full(200_000, 0.5)])
+    points[:1000, 0] += away
+    weights = np.concatenate([np.full(1000, part / 1000), np.full(199_000, (1 - part) / 199_000)])
+    parts = in_variances(points, weights)
+    np.testing.assert_allclose(parts.sum(axis=0), [1, 1])
+    of_variance = part * (1 + (away - part * away) ** 2) / (1 + part * (1 - part) * away**2)
+    np.testing.assert_allclose(parts[:1000].sum(axis=0), [of_variance, part], rtol=0.02, atol=0.002)

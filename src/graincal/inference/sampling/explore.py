@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graincal.data import ParameterSpace
 from graincal.inference.sampling.defensive import DefensiveMixture
-from graincal.inference.sampling.importance import log_evidence, log_importance_weights, normalised, pareto_k
+from graincal.inference.sampling.importance import in_variances, log_evidence, log_importance_weights, normalised, pareto_k
 from graincal.inference.sampling.proposal import ProposalOutsideBox
 from graincal.inference.sampling.tempering import TemperedSample, temper
 
@@ -21,6 +21,10 @@ PARTICLES, DRAWS, EFFECTIVE, MOST_ROUNDS = 1024, 2048, 1000, 5
 # The posterior that is reported has so many draws more, of which so large a share is uniform: a few percent of the probability far out make standard deviations, and fewer draws meet
 # little of that. On a measured test standard deviations were 10 % too small without, and scattered by as much.
 MORE_DRAWS, MORE_UNIFORM = 8192, 0.4
+
+# Then rounds of so many follow, at most so many, from densities fitted half to the posterior and half to what its variances are made of, until that is so many samples of equal weight for each parameter. Where a few percent
+# far out were a dozen draws of large weight, standard deviations of the same posterior were 0.155 to 0.242 from one exploration to another without these rounds.
+SPREAD_DRAWS, SPREAD_ROUNDS, SPREAD_EFFECTIVE = 4096, 6, 1000
 
 # A posterior that no mixture of Gaussians fits (a thin bent ridge) leaves fewer than these effective. It is then described by particles,
 TOO_FEW = 400
@@ -153,7 +157,18 @@ class _Draws:
         proposal = self.proposals[-1]
         if last:
             self.add(replace(DefensiveMixture.fitted(self.space, self.theta, self.weights, rng), prior_share=MORE_UNIFORM), rng, MORE_DRAWS)
+            self._add_where_spread_comes_from(rng)
         return Explored(self.theta, self.log_weights, self.log_likelihood, self.log_evidence, self.log_evidence_std, proposal)
+
+    def _add_where_spread_comes_from(self, rng: np.random.Generator) -> None:
+        for _ in range(SPREAD_ROUNDS):
+            weights = self.weights
+            parts = in_variances(self.space.to_unit(self.theta), weights)
+            if np.all(1 / np.sum(parts**2, axis=0) >= SPREAD_EFFECTIVE):
+                return
+            fitted = DefensiveMixture.fitted(self.space, self.theta, (weights + parts.mean(axis=1)) / 2, rng)
+            if not self.add(fitted, rng, SPREAD_DRAWS):
+                return
 
 
 def _tempered(space: ParameterSpace, samples: list[TemperedSample], proposal: DefensiveMixture) -> Explored:

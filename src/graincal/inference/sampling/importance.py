@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 LEAST = 1e-250
 """Of the largest weight: less is as none, and its reciprocal may be no number."""
 
+ROUNDING = 1e-9
+"""A coordinate that varies by no more than this part of itself does not vary."""
+
 
 def log_importance_weights(log_target: NDArray[np.float64], log_proposals: NDArray[np.float64], counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """log w (N,) of samples against everything that was asked: log target - log sum_k (N_k / N) q_k.
@@ -24,6 +27,17 @@ def log_importance_weights(log_target: NDArray[np.float64], log_proposals: NDArr
 def normalised(log_weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """The weights (N,) that sum to 1."""
     return np.exp(log_weights - scipy.special.logsumexp(log_weights))
+
+
+def in_variances(points: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What each sample (M, n), of weights (M,) that sum to 1, counts in the variance of each coordinate, w ((x - mean) / std)^2: (M, k), each column sums to 1, for the k coordinates that vary.
+
+    A percent of the probability six standard deviations off makes a third of a variance.
+    """
+    squares = (points - weights @ points) ** 2
+    variances = weights @ squares
+    varies = variances > ROUNDING**2 * np.max(points**2, axis=0, initial=0)
+    return weights[:, None] * squares[:, varies] / variances[varies]
 
 
 def log_evidence(log_weights: NDArray[np.float64], asked: int) -> float:
