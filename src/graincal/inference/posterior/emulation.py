@@ -181,6 +181,21 @@ def emulate(
     )
 
 
+def changed(
+    now: Emulation, before: Emulation, references: Sequence[Reference], errors: Sequence[ErrorModel], scatters: Sequence[bool], unit: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """By how much the log likelihood at points (M, n) is another now, by what is known of the responses there alone: (M,).
+
+    What components leave out and runs scatter by is as it was before. Both are counted over all runs, and grow less as more of these lie near the reference: with hundreds of states that alone raises the likelihood by
+    many times, wherever a response is known.
+    """
+    likelihoods = [
+        ReducedLikelihood.of(reference, model, emulator.centre, emulator.basis, earlier.added(scatter))
+        for reference, model, scatter, emulator, earlier in zip(references, errors, scatters, now.emulators, before.emulators)
+    ]
+    return now.log_likelihood(unit, likelihoods) - before.log_likelihood(unit)
+
+
 def _averaged(every: Sequence[NDArray[np.float64]], nearness: Sequence[NDArray[np.float64]]) -> tuple[float, ...]:
     """The root of the mean square of errors (M,), for each experiment, as near to the posterior as they are."""
     return tuple(float(np.sqrt(np.average(errors**2, weights=near))) for errors, near in zip(every, nearness))

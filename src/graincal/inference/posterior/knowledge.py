@@ -16,7 +16,7 @@ from graincal.inference.likelihood.error_model import ErrorModel, ErrorOptions, 
 from graincal.inference.likelihood.errors import observable_errors, sample_errors
 from graincal.inference.likelihood.packings import PackingScatter, Siblings, packing_scatter
 from graincal.inference.likelihood.thinning import Thinning
-from graincal.inference.posterior.emulation import Emulation, Found, emulate, recall
+from graincal.inference.posterior.emulation import Emulation, Found, changed, emulate, recall
 from graincal.inference.posterior.first_look import FirstLook
 from graincal.inference.sampling.defensive import DefensiveMixture
 
@@ -117,6 +117,10 @@ class Knowledge:
         """Emulate the responses, and find the posterior; as `emulate`."""
         measured = self.errors_if(discrepancy=False, packings=False)
         return emulate(self.evaluations, self.kept, self.errors, self.scatters, rng, before, cheaper, near, thorough, last, measured)
+
+    def changed(self, now: Emulation, before: Emulation, unit: NDArray[np.float64]) -> NDArray[np.float64]:
+        """By how much the log likelihood at points (M, n) is another now, by what is known of the responses there; as `emulation.changed`."""
+        return changed(now, before, self.kept, self.errors, self.scatters, unit)
 
     def recall(self, found: Found, cheaper: Sequence[Emulator] | None = None) -> Emulation:
         """What a look at the first of the evaluations found, with its emulators; cheaper: those of the first look, made again if they are not given."""

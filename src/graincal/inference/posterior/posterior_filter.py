@@ -308,7 +308,8 @@ class PosteriorFilter(AskTellFilter):
                 self._found.append(self._found[-1])
             self._weighed.append(None)
             if fresh and self._latest:
-                self._settling.confirm(self.space.to_unit(batch.samples.theta), batch.infeasible, self._latest, self.shift())
+                changed = self.knowledge.changed(self._latest, self._settling.before_fresh, self.space.to_unit(batch.samples.theta))
+                self._settling.confirm(np.where(batch.infeasible, -np.inf, changed), self._latest, self.shift())
             else:
                 self._settling.learn()
         self._iterations.append(self._iteration(batch))

@@ -53,11 +53,14 @@ class Settling:
         """A batch of other runs was learnt from."""
         self._tried = False
 
-    def confirm(self, unit: NDArray[np.float64], infeasible: NDArray[np.bool_], emulation: Emulation, shift: float) -> None:
-        """Fresh runs at points (M, n), some of them infeasible (M,), were learnt from, and moved the posterior by `shift`: whether they fit as it said."""
+    @property
+    def before_fresh(self) -> Emulation:
+        """What was known before the fresh runs."""
         assert self._fresh is not None, "fresh runs are learnt from once they were asked for"
-        changed = emulation.log_likelihood(unit) - self._fresh[1].log_likelihood(unit)
-        changed = np.where(infeasible, -np.inf, changed)
+        return self._fresh[1]
+
+    def confirm(self, changed: NDArray[np.float64], emulation: Emulation, shift: float) -> None:
+        """Fresh runs were learnt from: they changed the log likelihood at their places by so much (M,), and moved the posterior by `shift`. Whether they fit as it said."""
         self.confirmed = float(np.exp(scipy.special.logsumexp(changed) - np.log(len(changed))))
         self._fresh, self._tried = None, True
         self.settled = self.calm(emulation) and shift <= MOVED * (self._enough or 0) and CONFIRMED[0] <= self.confirmed <= CONFIRMED[1]
