@@ -39,7 +39,7 @@ def test_sections_that_are_left_out_have_their_defaults(tmp_path):
     path = write_calibration(tmp_path)
     path.write_text(path.read_text().split("[filter]")[0])
     calibration = read_calibration(path)
-    assert calibration.method == "posterior" and calibration.stop.posterior_shift == 0.25 and calibration.stop.max_iterations is None
+    assert calibration.method == "posterior" and calibration.stop.posterior_shift == 0.2 and calibration.stop.max_iterations is None
     assert calibration.seed == 1 and calibration.workers == "all" and len(calibration.new_filter().ask()) == 8
     path.write_text(path.read_text() + '[filter]\nmethod = "iterative-bayesian"\n')
     calibration = read_calibration(path)

@@ -61,7 +61,7 @@ class StopSection(Section):
     max_iterations: Count | Off | None = Field(None, description="a whole number above 0, or false")
     max_evaluations: Count | Off = Field(False, description="a whole number above 0, or false")
     hours: Positive | Off = Field(False, description="hours of wall time, above 0, or false")
-    posterior_shift: NotNegative | Off = Field(0.25, description="standard deviations, not negative, or false")
+    posterior_shift: NotNegative | Off = Field(0.2, description="standard deviations, not negative, or false")
 
 
 class RunSection(Section):

@@ -39,7 +39,7 @@ class Stop:
     max_iterations: int | Literal[False] | None = None
     max_evaluations: int | Literal[False] = False
     hours: float | Literal[False] = False
-    posterior_shift: float | Literal[False] = 0.25
+    posterior_shift: float | Literal[False] = 0.2
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self)):
