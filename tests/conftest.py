@@ -37,6 +37,6 @@ def reference_data():
 def fewer_draws():
     """As many draws from the emulated posterior as facts need that are not about its digits: each batch waits for them."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100, "MORE_DRAWS": 256}.items():
+        for name, number in {"PARTICLES": 128, "DRAWS": 256, "EFFECTIVE": 100, "MORE_DRAWS": 256, "SPREAD_DRAWS": 256, "SPREAD_EFFECTIVE": 100}.items():
             patch.setattr(f"graincal.inference.sampling.explore.{name}", number)
         yield
