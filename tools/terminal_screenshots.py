@@ -24,8 +24,8 @@ COLUMNS, LINES = 100, 60
 LINE_HEIGHT, CHARACTER_WIDTH = 20, 8.43
 """Pixels, of a monospaced font of 14 pixels."""
 
-UNDER_WAY = "evaluated,"
-"""A screen while it runs has this in it: how many evaluations of the round are done."""
+UNDER_WAY = " runs, "
+"""A screen while it runs has this in it: how many runs of the round are done."""
 
 _COLOURS = {
     "default": "#d4d4d4",
