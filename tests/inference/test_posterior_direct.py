@@ -138,5 +138,5 @@ def test_the_limit_that_nobody_sets_follows_from_what_fills_the_ranges():
     space = ParameterSpace({name: (0, 1) for name in "abcde"})
     reference = Reference(np.linspace(0, 1, 5), {"y": np.ones(5)})
     limits = [PosteriorFilter(space, reference, first_batch=first).most_evaluations for first in (None, 10, 20, 21, 68)]
-    assert limits == [100, 100, 100, 210, 680]
+    assert limits == [150, 150, 150, 210, 680]
     assert PosteriorFilter(space, reference, first_batch=68, stop=Stop(max_evaluations=300)).most_evaluations == 300

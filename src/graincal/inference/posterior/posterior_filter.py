@@ -41,7 +41,7 @@ REPLICATES = 3
 FIRST_PER_PARAMETER = 4
 
 # The limit on evaluations that is not set otherwise: so many a parameter, or so many times a first batch that fills the ranges.
-EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 20, 10
+EVALUATIONS_PER_PARAMETER, FIRST_BATCHES = 30, 10
 
 # Runs grow by this part before the posterior is looked at again.
 GROWTH = 0.25
