@@ -174,7 +174,7 @@ def test_files_may_be_added(made, data, tmp_path, call):
     assert call(*arguments(tmp_path / "data", tmp_path / "study")).code == 0
 
 
-SMALLEST = replace(QUICK, of_samples=0.1, most_iterations=2, most_evaluations=40, repeats=2)
+SMALLEST = replace(QUICK, of_samples=0.1, most_iterations=2, most_evaluations=23, repeats=2)
 
 
 def reproduced(data, folder, *names):
