@@ -48,7 +48,7 @@ def test_a_limit_that_ended_it_is_named_with_the_command_that_goes_on(call, tmp_
 
 def test_a_limit_that_nobody_set_is_doubled_too():
     asked = Calibration(hyperbola.SPACE, (Experiment("drained", hyperbola.model(), hyperbola.reference()),))
-    assert next_command("campaign", asked, "max_evaluations") == "graincal resume campaign --max-evaluations 80"
+    assert next_command("campaign", asked, "max_evaluations") == "graincal resume campaign --max-evaluations 120"
     assert next_command("campaign", asked, "posterior_shift") is None and next_command("campaign", asked, None) == "graincal resume campaign"
 
 

@@ -243,9 +243,9 @@ def test_check_says_what_it_will_take_and_how_errors_were_understood():
     # The volumetric strain has its peak of 0.00624 at an axial strain of 0.12.
     assert "measurement error of volumetric_strain: sd 6.24e-05, taken for 1 % of the peak: none is stated" in said
     assert (
-        "Expect 8 evaluations that fill the ranges (about" in _expectation(calibration)[-1]
-        and "The limit ends it after 39 (about" in _expectation(calibration)[-1]
+        "Expect 8 evaluations that fill the ranges (about" in _expectation(calibration)[-1] and "and ends after 60 at the most" in _expectation(calibration)[-1]
     )
+    assert "The limit ends it after 39 (about" in _expectation(replace(calibration, stop=gc.Stop(max_evaluations=40)))[-1]
     # What a run is said to take is not timed, and lets hundreds fill the ranges.
     seconds, forecast = _expectation(replace(calibration, expected_seconds=10.0, workers=1, stop=gc.Stop(hours=2)))
     assert seconds == "about 10 s for an evaluation, as expected_seconds says"
