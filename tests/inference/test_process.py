@@ -63,7 +63,7 @@ def test_its_kernel_is_the_most_probable(process):
 def test_draws_at_several_points_have_its_covariance(process):
     _, fitted = process
     points = np.array([[0.5, 0.5], [0.52, 0.5], [0.9, 0.1]])
-    drawn = fitted.draw(points, 20000, np.random.default_rng(2))
+    drawn = fitted.drawn(points, np.random.default_rng(2).standard_normal((20000, len(points))))
     variance = fitted.predict(points)[1]
     np.testing.assert_allclose(drawn.var(axis=0), variance, rtol=4 * np.sqrt(2 / 20000))
     # Neighbours move together.

@@ -24,6 +24,7 @@ from graincal.campaign.stored.store import Store
 from graincal.campaign.stored.trouble import FolderError
 from graincal.data import Response, Samples
 from graincal.inference import PosteriorFilter
+from graincal.inference.emulator.side_by_side import by_at_most
 from graincal.result import Result
 
 CURVES = "curves"
@@ -60,7 +61,10 @@ class Campaign:
         self._say_what_is_expected(filter)
         # Evaluations in threads go on while a filter that asks for batches ahead limits the threads of linear algebra, which holds for all of a process: their last digits
         # would depend on when they run, if it did not hold all the time.
-        with threadpool_limits(1) if getattr(filter, "ahead", 0) else nullcontext(), closing(self._evaluations()) as evaluations:
+        in_turn = threadpool_limits(1) if getattr(filter, "ahead", 0) else nullcontext()
+        # A machine that only hands out evaluations to others is not ours alone.
+        threads = self.calibration.number_of_workers if self.calibration.place is None else 1
+        with in_turn, by_at_most(threads), closing(self._evaluations()) as evaluations:
             return self._run(filter, evaluations)
 
     def _say_what_is_expected(self, filter: Filter) -> None:

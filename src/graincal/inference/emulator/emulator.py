@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from graincal.data import Reference
 from graincal.inference.emulator.process import Kernel, Process
+from graincal.inference.emulator.side_by_side import side_by_side
 from graincal.inference.emulator.warping import even_powers, warped
 from graincal.inference.likelihood.early_stop import segments
 from graincal.inference.likelihood.likelihood import ReducedLikelihood
 from graincal.inference.likelihood.reduction import Reduction, columns
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +123,7 @@ class Emulator:
     def _made(self, unit: NDArray[np.float64], scores: NDArray[np.float64], known: Kernels) -> tuple[list[Process], NDArray[np.float64]]:
         """The processes by kernels that are known."""
         points = warped(unit, known.powers)
-        return [Process(points, score, known=kernel) for score, kernel in zip(scores.T, known.kernels)], known.powers
+        return _made(list(zip(scores.T, known.kernels)), lambda each: Process(points, each[0], known=each[1]), len(points)), known.powers
 
     @property
     def kernels(self) -> Kernels:
@@ -139,7 +144,7 @@ class Emulator:
     def predict(self, unit: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The mean (M, q) of the components of the mean response at points (M, n), and the variance of that mean (M, q), without the nugget."""
         points = self._points(unit)
-        means, variances = zip(*(process.predict(points) for process in self._processes))
+        means, variances = zip(*side_by_side(lambda process: process.predict(points), self._processes, self._numbers(points)))
         mean, variance = np.column_stack(means), self.inflation * np.column_stack(variances)
         if self._cheaper is None:
             return mean, variance
@@ -149,9 +154,14 @@ class Emulator:
     def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Components (count, M, q) that mean responses may have at points (M, n), drawn jointly over the points."""
         points = self._points(unit)
-        drawn = [
-            process.predict(points)[0] + np.sqrt(inflation) * process.draw(points, count, rng) for process, inflation in zip(self._processes, self.inflation)
-        ]
+        # Drawn in turn, whichever component is the first to be computed.
+        normal = [rng.standard_normal((count, len(points))) for _ in self._processes]
+
+        def of_component(number: int) -> NDArray[np.float64]:
+            process = self._processes[number]
+            return process.predict(points)[0] + np.sqrt(self.inflation[number]) * process.drawn(points, normal[number])
+
+        drawn = side_by_side(of_component, range(len(normal)), self._numbers(points))
         if self._cheaper is None:
             return np.stack(drawn, axis=2)
         return np.concatenate([np.stack(drawn, axis=2), self._cheaper.draw(unit, count, rng)], axis=2)
@@ -166,6 +176,10 @@ class Emulator:
     def _points(self, unit: NDArray[np.float64]) -> NDArray[np.float64]:
         """The processes' coordinates of points (M, n)."""
         return warped(unit[:, self._seen], self.powers)
+
+    def _numbers(self, points: NDArray[np.float64]) -> int:
+        """How many covariances a component has with points (M, n)."""
+        return len(points) * len(self._processes[0].values)
 
     def trust(self, weights: NDArray[np.float64]) -> None:
         """Widen the variances of the mean to what the evaluations show, each predicted from the others, where it matters: by weights (N,) that sum to 1, of
@@ -205,7 +219,13 @@ class Emulator:
 
 def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
     """One for each column of scores (N, q) at points (N, n)."""
-    return [Process(points, score, starts[k] if k < len(starts) else None) for k, score in enumerate(scores.T)]
+    return _made(range(scores.shape[1]), lambda k: Process(points, scores[:, k], starts[k] if k < len(starts) else None), len(points))
+
+
+def _made(items: Sequence[Item], process: Callable[[Item], Process], count: int) -> list[Process]:
+    """A process of so many points for each item. Threads of linear algebra are limited for all at once: each that limited them by itself would lift the limit for the others at its end."""
+    with threadpool_limits(1):
+        return side_by_side(process, items, count**2)
 
 
 def emulated_log_likelihood(likelihoods: Sequence[ReducedLikelihood], emulators: Sequence[Emulator], unit: NDArray[np.float64]) -> NDArray[np.float64]:

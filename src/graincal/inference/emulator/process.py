@@ -18,6 +18,12 @@ ROUNDING = 1e-7
 # Kernels are found by so many of the values at the most; all are predicted by.
 JUDGED_BY = 400
 
+# Predictions are made at so many points at once that their covariances with the values fit the processor's cache, and at no fewer than keep it at work.
+MOST_AT_ONCE, FEWEST_AT_ONCE = 2**17, 64
+
+# Of the inverse of a factor, half of which is zero, so many rows at once are multiplied by as far as they are not.
+ROWS = 128
+
 # Ends of the variance, the lengths and the nugget; what each is thought to be before there is a value, and how far from that it may well be (a factor, one sd):
 # lengths about the width of the box, a nugget of a thousandth of the variance.
 _ENDS = ((1e-2, 1e3), (5e-2, 1e2), (1e-7, 1.0))
@@ -65,13 +71,27 @@ class Process:
 
     def predict(self, unit: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The mean (M,) at points (M, n) and its variance (M,), without the nugget."""
-        covariance = self.kernel.covariance(unit, self._unit)
-        explained = covariance @ self._inverse.T
-        variance = self.kernel.variance - np.einsum("ij,ij->i", explained, explained)
-        return covariance @ self._solved, np.maximum(variance, 0)
+        mean, explained = np.empty((2, len(unit)))
+        at_once = max(FEWEST_AT_ONCE, MOST_AT_ONCE // len(self.values))
+        for begin in range(0, len(unit), at_once):
+            rows = slice(begin, begin + at_once)
+            covariance = self.kernel.covariance(unit[rows], self._unit)
+            mean[rows] = covariance @ self._solved
+            explained[rows] = self._explained(covariance)
+        return mean, np.maximum(self.kernel.variance - explained, 0)
 
-    def draw(self, unit: NDArray[np.float64], count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        """What the values without nugget may be at points (M, n), less their mean, together: (count, M)."""
+    def _explained(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How much of the variance at points the values explain, (M,), by the covariances (M, N): the squares of the inverse factor times these."""
+        explained = np.zeros(len(covariance))
+        # What is right of the factor's diagonal is zero. LAPACK's own product of triangles would let no other thread of Python run.
+        for begin in range(0, len(self.values), ROWS):
+            end = begin + ROWS
+            part = covariance[:, :end] @ self._inverse[begin:end, :end].T
+            explained += np.einsum("ij,ij->i", part, part)
+        return explained
+
+    def drawn(self, unit: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the values without nugget may be at points (M, n), less their mean, together: (count, M), from as many standard normal numbers."""
         explained = self.kernel.covariance(unit, self._unit) @ self._inverse.T
         covariance = self.kernel.covariance(unit, unit) - explained @ explained.T
         # Of points near to values that are known, or to one another, it is not positive definite but for roundings.
@@ -79,7 +99,7 @@ class Process:
         lower, failed = scipy.linalg.lapack.dpotrf(covariance, lower=1, clean=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of what values may be is not positive definite")
-        return rng.standard_normal((count, len(unit))) @ lower.T
+        return normal @ lower.T
 
     def held_out(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """How far each value that is known is from its prediction by the others (N,), and the standard deviation of that, nugget included. Source: Rasmussen and Williams (2006), Eq. 5.12."""

@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from graincal.inference.emulator.process import Process
+from graincal.inference.emulator.side_by_side import side_by_side
 
 # The log of a power, before there is an evaluation: zero, more or less (one sd). And as far as it may go.
 LOG_POWER_STD, MOST_LOG_POWER = 0.5, 1.5
@@ -34,8 +35,7 @@ def even_powers(processes: Sequence[Process], unit: NDArray[np.float64], start: 
         points = warped(unit, np.exp(logs))
         by_logs = points * logs_of_unit * np.exp(logs)
         total, slope = 0.5 * np.sum((logs / LOG_POWER_STD) ** 2), logs / LOG_POWER_STD**2
-        for process in processes:
-            value, by_points = process.surprise(points)
+        for value, by_points in side_by_side(lambda process: process.surprise(points), processes, len(points) ** 2):
             total, slope = total + value, slope + np.sum(by_points * by_logs, axis=0)
         return total, slope
 

@@ -78,7 +78,7 @@ class PosteriorFilter(AskTellFilter):
     `early_stop`: whether runs may be stopped that cannot matter any more (`early_stops`), by whoever can; their first states are learnt from.
     `emulator`: without one, evaluations are weighted by their own responses, which takes thousands of them and a deterministic model.
     `known`: runs of the same models that were made before; the first batch then fills what they leave open, and is 2 n samples at the least.
-    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 20 n if it is not set, and ten first batches where these are of more than 4 n. `seed` is a whole number, not negative.
+    `stop`: ends it by `posterior_shift`, `max_iterations` and `max_evaluations`, which is 30 n if it is not set, and ten first batches where these are of more than 4 n. `seed` is a whole number, not negative.
     `siblings`: for each reference, how its model can be run on packings like its own (`Siblings`), or None where it cannot: once the first batch is told, `places` says where they
     are to be run, and nothing is learnt before `tell_packings` says what they gave.
     `looks`: what was found before by a look at so many evaluations, so that it is not taken again, or None; of the same arguments and evaluations. Raises InputError for arguments that cannot be used.
