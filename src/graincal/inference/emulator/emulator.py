@@ -123,7 +123,7 @@ class Emulator:
     def _made(self, unit: NDArray[np.float64], scores: NDArray[np.float64], known: Kernels) -> tuple[list[Process], NDArray[np.float64]]:
         """The processes by kernels that are known."""
         points = warped(unit, known.powers)
-        return _made(list(zip(scores.T, known.kernels)), lambda each: Process(points, each[0], known=each[1]), len(points)), known.powers
+        return _side_by_side(list(zip(scores.T, known.kernels)), lambda each: Process(points, each[0], known=each[1]), len(points)), known.powers
 
     @property
     def kernels(self) -> Kernels:
@@ -219,10 +219,10 @@ class Emulator:
 
 def _processes(points: NDArray[np.float64], scores: NDArray[np.float64], starts: Sequence[Kernel]) -> list[Process]:
     """One for each column of scores (N, q) at points (N, n)."""
-    return _made(range(scores.shape[1]), lambda k: Process(points, scores[:, k], starts[k] if k < len(starts) else None), len(points))
+    return _side_by_side(range(scores.shape[1]), lambda k: Process(points, scores[:, k], starts[k] if k < len(starts) else None), len(points))
 
 
-def _made(items: Sequence[Item], process: Callable[[Item], Process], count: int) -> list[Process]:
+def _side_by_side(items: Sequence[Item], process: Callable[[Item], Process], count: int) -> list[Process]:
     """A process of so many points for each item. Threads of linear algebra are limited for all at once: each that limited them by itself would lift the limit for the others at its end."""
     with threadpool_limits(1):
         return side_by_side(process, items, count**2)

@@ -83,7 +83,7 @@ class Process:
     def _explained(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
         """How much of the variance at points the values explain, (M,), by the covariances (M, N): the squares of the inverse factor times these."""
         explained = np.zeros(len(covariance))
-        # What is right of the factor's diagonal is zero. LAPACK's own product of triangles would let no other thread of Python run.
+        # What is right of the factor's diagonal is zero. BLAS's own product of a triangle, as SciPy calls it, is as fast by one thread, and no faster by two.
         for begin in range(0, len(self.values), ROWS):
             end = begin + ROWS
             part = covariance[:, :end] @ self._inverse[begin:end, :end].T

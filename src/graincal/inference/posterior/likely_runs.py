@@ -90,7 +90,7 @@ def log_likelihoods(evaluations: Evaluations, references: Sequence[Reference], e
     """The log likelihood of each evaluation by its own response, (N,), which a run that fits about as well has at least `LikelyRuns.least` of; -inf without a whole response."""
     usable = evaluations.usable
     logs = np.full(len(evaluations), -np.inf)
-    # Small matrices, which several threads only slow down: twentyfold on a machine whose cores are all at work.
+    # Small matrices, which several threads only slow down: tenfold and more on a machine whose cores are all at work.
     with threadpool_limits(1):
         logs[usable] = sum(
             marginal(log_likelihood(responses[usable], reference, model), model.log_prior)
