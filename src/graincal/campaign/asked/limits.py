@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from graincal.campaign.asked.calibration import POSTERIOR, Calibration, Filter, round_of
 from graincal.campaign.asked.doubt import Doubt
-from graincal.inference.posterior.posterior_filter import GROWTH, REPLICATES, PosteriorFilter
+from graincal.inference.posterior.posterior_filter import REPLICATES, PosteriorFilter
 from graincal.inference.posterior.settling import FRESH
 from graincal.notation import numbers
 
@@ -40,7 +39,7 @@ class Limits:
 
         def further(count: int) -> tuple[list[int], bool]:
             """What a further round may come to within the limit on evaluations, and whether one would exceed it."""
-            sizes = _sizes(calibration, first, count, most=asked)
+            sizes = _sizes(calibration, filter, first, count, most=asked)
             fitting = [count + size for size in sizes if asked is None or count + size + at_end <= asked]
             return fitting, len(fitting) < len(sizes)
 
@@ -104,10 +103,10 @@ def _limit_on_rounds(calibration: Calibration) -> int | None:
     return most or None
 
 
-def _sizes(calibration: Calibration, first: int, count: int, most: int | None) -> list[int]:
-    """The evaluations that the round after so many may have, as the filter sizes them: by the method "posterior" a batch, or fresh runs once it seems to have settled."""
-    if calibration.method != POSTERIOR:
+def _sizes(calibration: Calibration, filter: Filter, first: int, count: int, most: int | None) -> list[int]:
+    """The evaluations that the round after so many may have: of the filter "posterior" a batch, or fresh runs once it seems to have settled."""
+    if not isinstance(filter, PosteriorFilter):
         return [first]
-    batch = calibration.filter_options.get("batch") or max(2 * calibration.space.size, math.ceil(GROWTH * count))
+    batch = filter.batch_after(count)
     without_fresh = calibration.stop.posterior_shift is False or batch == FRESH or (most or 0) > MANY
     return [batch] if without_fresh else [batch, FRESH]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from graincal.data import InputError, Reference
 from graincal.execution import available_cores
 from graincal.execution.providers import Blocks
 from graincal.inference.likelihood.thinning import Thinning
-from graincal.inference.posterior.posterior_filter import GROWTH, PosteriorFilter
+from graincal.inference.posterior.posterior_filter import PosteriorFilter
 from graincal.laboratory.backbone import first_movement
 from graincal.laboratory.quantities import DIMENSIONS
 from graincal.models import CommandModel, PythonModel, StressPathTest
@@ -76,8 +75,7 @@ def _idle_workers(calibration: Calibration) -> list[Doubt]:
     """Workers that have nothing to do, once the first batch has filled the ranges, or in any iteration of the paper's method."""
     filter, workers = calibration.blank_filter(), calibration.number_of_workers
     if isinstance(filter, PosteriorFilter):
-        batch = filter.batch or max(2 * calibration.space.size, math.ceil(GROWTH * filter.first_batch))
-        at_once, of = batch * (1 + filter.ahead), "runs that are under way at once after the first batch"
+        at_once, of = filter.batch_after(filter.first_batch) * (1 + filter.ahead), "runs that are under way at once after the first batch"
         mend = "a larger batch, or ahead, under [filter] gives them some"
     else:
         at_once, of, mend = filter.samples_per_iteration, "samples of an iteration", "a larger alpha under [filter] gives them some"

@@ -261,6 +261,10 @@ class PosteriorFilter(AskTellFilter):
             stretched = np.abs(np.log(np.ptp(now.interval(CENTRAL), axis=0) / np.ptp(before.interval(CENTRAL), axis=0)))
         return float(np.nanmax([*moved, *stretched]))
 
+    def batch_after(self, count: int) -> int:
+        """How many samples a batch has that is asked for after so many, fresh runs apart."""
+        return max(2 * self.space.size, int(np.ceil(GROWTH * count))) if self.batch is None else self.batch
+
     # The loop
 
     def _complete_batches(self) -> None:
@@ -376,7 +380,7 @@ class PosteriorFilter(AskTellFilter):
         raises one goes on with the same batches."""
         if self._settling.wants_fresh_runs(self.emulation):
             return FRESH
-        return max(2 * self.space.size, int(np.ceil(GROWTH * self._batches.asked))) if self.batch is None else self.batch
+        return self.batch_after(self._batches.asked)
 
     @property
     def _at_answer(self) -> int:
